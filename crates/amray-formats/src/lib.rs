@@ -1,0 +1,85 @@
+//! Readers and writers of AMR simulation data: from a path to a [`Hierarchy`] and its [`Field`]s.
+//!
+//! [`open`] recognises a data set by its content and reads its geometry; values are read (or mapped) field by field.
+
+mod error;
+pub mod output;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use amray::hierarchy::{Field, Hierarchy, VoxelType};
+
+pub use error::FormatError;
+
+/// One data set on disk: its geometry, and fields that are read when asked for.
+pub trait DataSet: Send + Sync {
+    /// The format's name, as in `amray info`.
+    fn format(&self) -> &'static str;
+
+    /// The simulation time, where the file states it.
+    fn time(&self) -> Option<f64>;
+
+    /// The mesh, shared by all fields.
+    fn hierarchy(&self) -> &Arc<Hierarchy>;
+
+    /// The fields, in the order of the file.
+    fn fields(&self) -> &[FieldInfo];
+
+    /// Reads one field (by its place in [`DataSet::fields`]) and no other; maps its values in place where the file
+    /// stores them contiguous and in this machine's byte order. `progress` is told the share that is done, 0 to 1,
+    /// possibly from several threads.
+    ///
+    /// # Errors
+    /// [`FormatError`] where the file is damaged or cannot be read.
+    ///
+    /// # Panics
+    /// Where there is no such field.
+    fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError>;
+
+    /// What is unusual about the data set but does not keep it from being rendered, a line each.
+    fn warnings(&self) -> &[String];
+}
+
+/// What is known of a field before its values are read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FieldInfo {
+    /// The name, as the file spells it.
+    pub name: String,
+    /// The number type in memory.
+    pub voxel_type: VoxelType,
+}
+
+/// How to open a data set.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct OpenOptions {
+    /// Leave out levels finer than this one: as if they did not exist.
+    pub max_level: Option<usize>,
+}
+
+impl OpenOptions {
+    /// How many of a data set's `levels` are to be read.
+    ///
+    /// # Errors
+    /// [`FormatError::MaxLevel`] where the finest level asked for does not exist.
+    pub fn level_count(&self, path: &Path, levels: usize) -> Result<usize, FormatError> {
+        match self.max_level {
+            Some(asked) if asked >= levels => {
+                Err(FormatError::MaxLevel { path: path.into(), asked, finest: levels.saturating_sub(1) })
+            }
+            Some(asked) => Ok(asked + 1),
+            None => Ok(levels),
+        }
+    }
+}
+
+/// The place of the field called `name` in [`DataSet::fields`].
+///
+/// # Errors
+/// [`FormatError::UnknownField`] lists the fields there are and suggests the nearest.
+pub fn find_field(path: &Path, fields: &[FieldInfo], name: &str) -> Result<usize, FormatError> {
+    fields.iter().position(|field| field.name == name).ok_or_else(|| {
+        let known: Vec<String> = fields.iter().map(|field| field.name.clone()).collect();
+        FormatError::unknown_field(path, name, known)
+    })
+}

@@ -1,0 +1,3 @@
+//! amray shows adaptive-mesh-refinement (AMR) simulation data directly, on CPUs, without resampling it.
+
+pub mod hierarchy;
