@@ -19,11 +19,8 @@ impl IndexBox {
 
     /// The box from its first to its last cell, as most file formats store it. `None` where `last + 1` overflows.
     pub fn from_corners(first: [i64; 3], last: [i64; 3]) -> Option<Self> {
-        let mut high = [0; 3];
-        for axis in 0..3 {
-            high[axis] = last[axis].checked_add(1)?;
-        }
-        Some(Self::new(first, high))
+        let [i, j, k] = last.map(|index| index.checked_add(1));
+        Some(Self::new(first, [i?, j?, k?]))
     }
 
     /// Cells per axis; negative where `high < low`.
@@ -76,12 +73,11 @@ impl IndexBox {
 
     /// The same space in cells that are `ratio` times finer. `None` where an index overflows.
     pub fn checked_refined(&self, ratio: [i64; 3]) -> Option<Self> {
-        let mut refined = *self;
-        for axis in 0..3 {
-            refined.low[axis] = self.low[axis].checked_mul(ratio[axis])?;
-            refined.high[axis] = self.high[axis].checked_mul(ratio[axis])?;
-        }
-        Some(refined)
+        let refine = |corner: [i64; 3]| {
+            let [i, j, k] = std::array::from_fn(|axis| corner[axis].checked_mul(ratio[axis]));
+            Some([i?, j?, k?])
+        };
+        Some(Self::new(refine(self.low)?, refine(self.high)?))
     }
 
     /// The same space in cells that are `ratio` times finer.

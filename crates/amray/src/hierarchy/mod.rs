@@ -11,7 +11,6 @@ mod validation;
 mod values;
 
 pub use error::{HierarchyError, HierarchyWarning};
-pub(crate) use field::with_voxels;
 pub use field::{Field, FieldError, FieldValues};
 pub use index_box::IndexBox;
 pub use values::{BrickValues, OutOfBuffer, Residence, ValueBuffer, Voxel, VoxelType, contiguous_strides};
