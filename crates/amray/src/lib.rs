@@ -1,3 +1,5 @@
 //! amray shows adaptive-mesh-refinement (AMR) simulation data directly, on CPUs, without resampling it.
 
 pub mod hierarchy;
+pub mod index;
+pub mod reconstruction;

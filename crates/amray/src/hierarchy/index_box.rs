@@ -110,7 +110,7 @@ impl IndexBox {
 }
 
 /// `value / divisor`, rounded up; `divisor` is positive.
-fn div_ceil(value: i64, divisor: i64) -> i64 {
+pub(crate) fn div_ceil(value: i64, divisor: i64) -> i64 {
     value.div_euclid(divisor) + i64::from(value.rem_euclid(divisor) != 0)
 }
 
