@@ -9,6 +9,9 @@ use amray::reconstruction::Method;
 const CORNERS: [[usize; 3]; 8] =
     [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1], [1, 1, 1]];
 
+/// World positions round: a hat this small belongs to a cell that only touches the point.
+const ROUNDING: f64 = 1e-12;
+
 /// A hierarchy and a field without any index.
 pub struct BruteForce<'a> {
     hierarchy: &'a Hierarchy,
@@ -101,7 +104,7 @@ impl<'a> BruteForce<'a> {
             let moved: [i64; 3] = std::array::from_fn(|axis| cell[axis].clamp(domain.low[axis], domain.high[axis] - 1));
             (hat, moved, moved != cell)
         };
-        CORNERS.into_iter().map(corner).filter(|(hat, ..)| *hat > 0.0).collect()
+        CORNERS.into_iter().map(corner).filter(|(hat, ..)| *hat > ROUNDING).collect()
     }
 
     /// The trilinear value of `level` and the share of actual corners.
