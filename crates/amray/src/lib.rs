@@ -3,3 +3,6 @@
 pub mod hierarchy;
 pub mod index;
 pub mod reconstruction;
+mod volume;
+
+pub use volume::{LeafCell, Volume};

@@ -96,6 +96,13 @@ impl IndexBox {
         }
     }
 
+    /// The cells, `ratio` times coarser, whose low corners lie in this box: boxes that tile a domain share out its
+    /// coarser cells without counting one twice, even where they cut through them.
+    pub fn cells_starting_inside(&self, ratio: [i64; 3]) -> Self {
+        let first_at = |corner: [i64; 3]| std::array::from_fn(|axis| div_ceil(corner[axis], ratio[axis]));
+        Self::new(first_at(self.low), first_at(self.high))
+    }
+
     /// The box with `cells` more cells on every side.
     pub fn grown(&self, cells: i64) -> Self {
         Self { low: self.low.map(|index| index - cells), high: self.high.map(|index| index + cells) }
@@ -110,7 +117,7 @@ impl IndexBox {
 }
 
 /// `value / divisor`, rounded up; `divisor` is positive.
-pub(crate) fn div_ceil(value: i64, divisor: i64) -> i64 {
+fn div_ceil(value: i64, divisor: i64) -> i64 {
     value.div_euclid(divisor) + i64::from(value.rem_euclid(divisor) != 0)
 }
 
@@ -146,6 +153,7 @@ mod tests {
         assert_eq!(fine.coarsened([2, 2, 4]), IndexBox::new([-2, 1, 0], [2, 2, 2]));
         assert_eq!(fine.refined([2, 1, 3]), IndexBox::new([-6, 2, 0], [6, 4, 15]));
         assert_eq!(fine.checked_refined([i64::MAX; 3]), None);
+        assert_eq!(fine.cells_starting_inside([2, 2, 4]), IndexBox::new([-1, 1, 0], [2, 2, 2]));
     }
 
     #[test]

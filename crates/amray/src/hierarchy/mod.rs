@@ -14,7 +14,6 @@ pub use error::{HierarchyError, HierarchyWarning};
 pub(crate) use field::with_voxels;
 pub use field::{Field, FieldError, FieldValues};
 pub use index_box::IndexBox;
-pub(crate) use index_box::div_ceil;
 pub use values::{BrickValues, OutOfBuffer, Residence, ValueBuffer, Voxel, VoxelType, contiguous_strides};
 
 /// Levels of bricks over one domain.

@@ -12,7 +12,7 @@ mod walk;
 
 use std::sync::Arc;
 
-use crate::hierarchy::{Hierarchy, IndexBox, div_ceil};
+use crate::hierarchy::{Hierarchy, IndexBox};
 
 pub use query::{Found, Planes};
 pub use ranges::ValueRanges;
@@ -188,10 +188,7 @@ impl Index {
             if region.has_level(level)
                 && let Some((_, brick)) = self.finest_brick(region, level)
             {
-                // A cell that several regions share belongs to the one that holds its low corner.
-                let first_at =
-                    |corner: [i64; 3]| std::array::from_fn(|axis| div_ceil(corner[axis], finest_cells[axis]));
-                let owned = IndexBox::new(first_at(shared.low), first_at(shared.high));
+                let owned = shared.cells_starting_inside(finest_cells);
                 if !owned.is_empty() {
                     visit(brick, owned);
                 }

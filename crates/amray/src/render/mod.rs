@@ -1,0 +1,88 @@
+//! From rays to pixels: emission and absorption along each ray, tile by tile on all cores, into a film.
+
+mod film;
+mod march;
+mod slice;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use crate::hierarchy::{Voxel, with_voxels};
+use crate::scene::Scene;
+
+pub use film::Film;
+pub use slice::{Axis, Slice, SliceImage, UnknownAxis};
+
+use march::Marcher;
+
+/// Pixels per side of a tile: the unit of work that threads share out.
+const TILE: usize = 32;
+
+/// How a picture is computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RenderOptions {
+    /// Width and height in pixels.
+    pub size: [usize; 2],
+    /// Samples per cell width along a ray; more are more exact and slower.
+    pub samples_per_cell: f64,
+    /// Rays per pixel.
+    pub samples_per_pixel: usize,
+    /// Chooses the noise that decorrelates neighbouring pixels.
+    pub seed: u64,
+}
+
+impl Default for RenderOptions {
+    fn default() -> Self {
+        Self { size: [1024, 1024], samples_per_cell: 1.0, samples_per_pixel: 1, seed: 0 }
+    }
+}
+
+/// What a rendering took.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RenderStatistics {
+    /// Rays that were followed.
+    pub rays: u64,
+    /// Values that were reconstructed.
+    pub samples: u64,
+}
+
+/// Renders a scene. The picture does not depend on the number of threads. `progress` is told the share that is done,
+/// 0 to 1, from several threads.
+pub fn render(scene: &Scene, options: &RenderOptions, progress: &(dyn Fn(f64) + Sync)) -> (Film, RenderStatistics) {
+    with_voxels!(scene.volume.field().values(), bricks => {
+        render_tiles(&Marcher::new(scene, bricks, options), options, progress)
+    })
+}
+
+fn render_tiles<T: Voxel>(
+    marcher: &Marcher<T>,
+    options: &RenderOptions,
+    progress: &(dyn Fn(f64) + Sync),
+) -> (Film, RenderStatistics) {
+    let [width, height] = options.size;
+    let tiles: Vec<[usize; 2]> =
+        (0..height).step_by(TILE).flat_map(|y| (0..width).step_by(TILE).map(move |x| [x, y])).collect();
+    let finished = AtomicUsize::new(0);
+    let rendered: Vec<(Vec<[f32; 4]>, RenderStatistics)> = tiles
+        .par_iter()
+        .map(|&[left, top]| {
+            let mut statistics = RenderStatistics::default();
+            let rows = top..(top + TILE).min(height);
+            let pixels = rows
+                .flat_map(|y| (left..(left + TILE).min(width)).map(move |x| [x, y]))
+                .map(|pixel| marcher.pixel(pixel, &mut statistics))
+                .collect();
+            progress((finished.fetch_add(1, Ordering::Relaxed) + 1) as f64 / tiles.len() as f64);
+            (pixels, statistics)
+        })
+        .collect();
+    let mut film = Film::new(options.size);
+    let mut total = RenderStatistics::default();
+    for (&[left, top], (pixels, statistics)) in tiles.iter().zip(rendered) {
+        film.put_tile([left, top], (left + TILE).min(width) - left, &pixels);
+        total.rays += statistics.rays;
+        total.samples += statistics.samples;
+    }
+    (film, total)
+}

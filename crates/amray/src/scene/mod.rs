@@ -1,0 +1,21 @@
+//! What a picture is made of: the volume, how it looks, and from where it is seen.
+
+mod camera;
+
+use crate::Volume;
+use crate::appearance::TransferFunction;
+
+pub use camera::{Camera, CameraError, CameraRay, Projection, Viewpoint};
+
+/// Everything that decides what a picture shows.
+#[derive(Clone, Debug)]
+pub struct Scene<'a> {
+    /// The data.
+    pub volume: &'a Volume,
+    /// Value to colour and opacity.
+    pub transfer_function: TransferFunction,
+    /// The length, in world units, that the transfer function's opacities refer to.
+    pub unit_distance: f64,
+    /// From where it is seen.
+    pub camera: Camera,
+}
