@@ -4,6 +4,8 @@
 
 mod error;
 pub mod output;
+pub mod picture;
+pub mod points;
 
 use std::path::Path;
 use std::sync::Arc;

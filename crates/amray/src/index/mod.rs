@@ -67,7 +67,7 @@ impl Region {
     /// Whether a brick of `level` covers the region.
     #[inline]
     pub fn has_level(&self, level: usize) -> bool {
-        self.levels >> level & 1 == 1
+        (self.levels >> level) & 1 == 1
     }
 
     /// The coarsest level that has leaf cells in reach of a point in the region: nearer than half a cell width.

@@ -100,8 +100,8 @@ impl Index {
                 Node::Inner { axis, plane, high } => {
                     let axis = usize::from(axis);
                     let (low_plane, high_plane) = (Planes::bit(axis, 0), Planes::bit(axis, 1));
-                    let below = u8::from(centers[axis][0] < plane) * low_plane
-                        | u8::from(centers[axis][1] < plane) * high_plane;
+                    let below = (u8::from(centers[axis][0] < plane) * low_plane)
+                        | (u8::from(centers[axis][1] < plane) * high_plane);
                     let of_axis = active & (low_plane | high_plane);
                     let others = active & !(low_plane | high_plane);
                     let (low, rest) = (of_axis & below, of_axis & !below);
