@@ -1,3 +1,4 @@
 //! amray shows adaptive-mesh-refinement (AMR) simulation data directly, on CPUs, without resampling it.
 
+pub mod appearance;
 pub mod hierarchy;
