@@ -1,5 +1,6 @@
 //! amray shows adaptive-mesh-refinement (AMR) simulation data directly, on CPUs, without resampling it.
 
+pub mod appearance;
 pub mod hierarchy;
 pub mod index;
 pub mod reconstruction;
