@@ -2,6 +2,7 @@
 //!
 //! [`open`] recognises a data set by its content and reads its geometry; values are read (or mapped) field by field.
 
+mod amrex;
 mod error;
 pub mod output;
 pub mod picture;
@@ -12,6 +13,7 @@ use std::sync::Arc;
 
 use amray::hierarchy::{Field, Hierarchy, VoxelType};
 
+pub use amrex::AmrexPlotfile;
 pub use error::FormatError;
 
 /// One data set on disk: its geometry, and fields that are read when asked for.

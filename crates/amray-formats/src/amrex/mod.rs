@@ -1,0 +1,198 @@
+//! AMReX plotfiles: a directory with a text file `Header`, and per level a text file `Cell_H` and files of values.
+//!
+//! The format is what AMReX's `WriteMultiLevelPlotfile` and `VisMF::Write` write (AMReX documentation, *I/O*).
+//! Particles and face- or node-centred data, which lie in directories of their own, are left alone.
+
+// A path such as `Scanner::number` fixes the scanner's lifetime, where `LineReader::parse` needs any.
+#![allow(clippy::redundant_closure_for_method_calls)]
+
+mod fab;
+mod header;
+mod multifab;
+mod real_format;
+mod text;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use amray::hierarchy::{BrickValues, Field, FieldValues, Hierarchy, HierarchyError, LevelDescription, VoxelType};
+use rayon::prelude::*;
+
+use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
+use fab::{DataFile, Fab, SwapBytes};
+use header::{Coordinates, Header};
+use multifab::MultiFab;
+
+/// An AMReX plotfile. Opening it reads its text files and the headers of its FABs, and maps its files of values.
+#[derive(Debug)]
+pub struct AmrexPlotfile {
+    path: PathBuf,
+    time: f64,
+    hierarchy: Arc<Hierarchy>,
+    fields: Vec<FieldInfo>,
+    fabs: Vec<Fab>,
+    warnings: Vec<String>,
+}
+
+impl AmrexPlotfile {
+    /// Whether `path` is a plotfile's directory or its file `Header`, by what the `Header` holds. A plotfile of one or
+    /// two dimensions is one too, although [`AmrexPlotfile::open`] refuses it.
+    pub fn recognises(path: &Path) -> bool {
+        header_path(path).is_some_and(|path| header::recognises(&path))
+    }
+
+    /// Opens the plotfile at `path`, its directory or its file `Header`.
+    ///
+    /// # Errors
+    /// [`FormatError::Unrecognised`] where there is no `Header`; otherwise what is wrong with which file, line, level
+    /// and brick. A FAB that reaches past the end of its file is found here.
+    pub fn open(path: &Path, options: &OpenOptions) -> Result<Self, FormatError> {
+        let header_path = header_path(path).ok_or_else(|| FormatError::Unrecognised {
+            path: path.into(),
+            found: "neither a directory with a file Header nor that file".into(),
+            expected: "an AMReX plotfile".into(),
+        })?;
+        let directory = header_path.parent().unwrap_or(Path::new(""));
+        let header = Header::read(&header_path, options)?;
+        let multifabs: Vec<MultiFab> = header
+            .levels
+            .iter()
+            .map(|level| MultiFab::read(&directory.join(&level.multifab), header.fields.len(), level.grids))
+            .collect::<Result<_, _>>()?;
+        let hierarchy =
+            hierarchy(&header, &multifabs).map_err(|source| FormatError::Hierarchy { path: path.into(), source })?;
+
+        let mut fabs = Vec::with_capacity(hierarchy.brick_count());
+        for (level, multifab) in multifabs.iter().enumerate() {
+            fabs.extend(locate_fabs(level, multifab)?);
+        }
+        let voxel_type = fabs[0].voxel_type();
+        let fields = header.fields.iter().map(|name| FieldInfo { name: name.clone(), voxel_type }).collect();
+        if let Some((brick, fab)) = hierarchy.bricks().zip(&fabs).find(|(_, fab)| fab.voxel_type() != voxel_type) {
+            let place = format!("level {}, brick {}", brick.level, brick.number);
+            let (found, expected) = (fab.voxel_type().bytes(), voxel_type.bytes());
+            let problem = format!("values of {found} bytes, expected {expected}, as in the first brick");
+            return Err(FormatError::malformed(path, place, problem));
+        }
+        let warnings = warnings(header.coordinates, &hierarchy);
+        Ok(Self { path: path.into(), time: header.time, hierarchy: Arc::new(hierarchy), fields, fabs, warnings })
+    }
+
+    /// One component of every brick, in parallel.
+    fn bricks<T: SwapBytes>(
+        &self,
+        component: usize,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<FieldValues, FormatError>
+    where
+        FieldValues: From<Vec<BrickValues<T>>>,
+    {
+        let done = AtomicUsize::new(0);
+        let bricks: Result<Vec<BrickValues<T>>, _> = self
+            .fabs
+            .par_iter()
+            .map(|fab| {
+                let values = fab.values(component);
+                progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / self.fabs.len() as f64);
+                values
+            })
+            .collect();
+        let place = || format!("field {}", self.fields[component].name);
+        Ok(bricks.map_err(|error| FormatError::malformed(&self.path, place(), error.to_string()))?.into())
+    }
+}
+
+impl DataSet for AmrexPlotfile {
+    fn format(&self) -> &'static str {
+        "AMReX plotfile"
+    }
+
+    fn time(&self) -> Option<f64> {
+        Some(self.time)
+    }
+
+    fn hierarchy(&self) -> &Arc<Hierarchy> {
+        &self.hierarchy
+    }
+
+    fn fields(&self) -> &[FieldInfo] {
+        &self.fields
+    }
+
+    fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
+        let FieldInfo { name, voxel_type } = &self.fields[field];
+        let values = match voxel_type {
+            VoxelType::F32 => self.bricks::<f32>(field, progress)?,
+            VoxelType::F64 => self.bricks::<f64>(field, progress)?,
+        };
+        Field::new(name, values, &self.hierarchy)
+            .map_err(|source| FormatError::Field { path: self.path.clone(), source })
+    }
+
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+}
+
+/// The file `Header` of the directory `path`, or `path` itself where it is such a file.
+fn header_path(path: &Path) -> Option<PathBuf> {
+    let header = match path.is_dir() {
+        true => path.join("Header"),
+        false => path.to_path_buf(),
+    };
+    (header.file_name() == Some("Header".as_ref()) && header.is_file()).then_some(header)
+}
+
+fn hierarchy(header: &Header, multifabs: &[MultiFab]) -> Result<Hierarchy, HierarchyError> {
+    let describe = |(level, multifab): (&header::HeaderLevel, &MultiFab)| LevelDescription {
+        ratio: level.ratio,
+        cell_size: level.cell_size,
+        domain: level.domain,
+        bricks: multifab.boxes.clone(),
+    };
+    Hierarchy::new(header.origin, header.levels.iter().zip(multifabs).map(describe).collect())
+}
+
+/// Finds the values of a level's bricks, which are known to hold cells. The headers of FABs are read in parallel:
+/// each lies on another page of its file.
+fn locate_fabs(level: usize, multifab: &MultiFab) -> Result<Vec<Fab>, FormatError> {
+    let files: Vec<DataFile> = multifab.files.iter().map(|path| DataFile::open(path)).collect::<Result<_, _>>()?;
+    let located: Vec<Result<Fab, FormatError>> = multifab
+        .boxes
+        .par_iter()
+        .zip(&multifab.fabs)
+        .enumerate()
+        .map(|(brick, (&cells, &place))| {
+            let file = &files[place.file];
+            Fab::locate(file, place, cells, multifab).map_err(|problem| {
+                FormatError::malformed(file.path(), format!("level {level}, brick {brick}"), problem)
+            })
+        })
+        .collect();
+    // One after the other, so that the first damaged brick is reported and not any one.
+    let fabs: Vec<Fab> = located.into_iter().collect::<Result<_, _>>()?;
+    let mut taken = vec![0; files.len()];
+    for (fab, place) in fabs.iter().zip(&multifab.fabs) {
+        taken[place.file] += u128::from(fab.bytes());
+    }
+    // Converted copies of FABs that share their bytes could need far more memory than the files have.
+    if let Some((file, taken)) = files.iter().zip(taken).find(|(file, taken)| *taken > u128::from(file.bytes())) {
+        let problem = format!("the FABs take {taken} bytes, expected at most the file's {}", file.bytes());
+        return Err(FormatError::malformed(file.path(), format!("level {level}"), problem));
+    }
+    Ok(fabs)
+}
+
+fn warnings(coordinates: Coordinates, hierarchy: &Hierarchy) -> Vec<String> {
+    let coordinates = match coordinates {
+        Coordinates::Cartesian => None,
+        Coordinates::Cylindrical => Some("the coordinates are cylindrical, but are shown as if they were Cartesian"),
+        Coordinates::Spherical => Some("the coordinates are spherical, but are shown as if they were Cartesian"),
+    };
+    let nesting = hierarchy.warnings().iter().map(ToString::to_string);
+    coordinates.into_iter().map(str::to_owned).chain(nesting).collect()
+}
+
+#[cfg(test)]
+mod tests;
