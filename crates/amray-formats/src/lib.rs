@@ -4,6 +4,7 @@
 
 mod amrex;
 mod error;
+mod open;
 pub mod output;
 pub mod picture;
 pub mod points;
@@ -15,6 +16,7 @@ use amray::hierarchy::{Field, Hierarchy, VoxelType};
 
 pub use amrex::AmrexPlotfile;
 pub use error::FormatError;
+pub use open::open;
 
 /// One data set on disk: its geometry, and fields that are read when asked for.
 pub trait DataSet: Send + Sync {
@@ -41,7 +43,8 @@ pub trait DataSet: Send + Sync {
     /// Where there is no such field.
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError>;
 
-    /// What is unusual about the data set but does not keep it from being rendered, a line each.
+    /// What is unusual about the data set but does not keep it from being rendered, a line each; what is unusual about
+    /// its mesh, [`Hierarchy::warnings`] says.
     fn warnings(&self) -> &[String];
 }
 

@@ -4,6 +4,8 @@ pub mod appearance;
 pub mod hierarchy;
 pub mod index;
 pub mod reconstruction;
+pub mod render;
+pub mod scene;
 mod volume;
 
 pub use volume::{LeafCell, Volume};

@@ -75,7 +75,7 @@ impl AmrexPlotfile {
             let problem = format!("values of {found} bytes, expected {expected}, as in the first brick");
             return Err(FormatError::malformed(path, place, problem));
         }
-        let warnings = warnings(header.coordinates, &hierarchy);
+        let warnings = warning(header.coordinates).into_iter().collect();
         Ok(Self { path: path.into(), time: header.time, hierarchy: Arc::new(hierarchy), fields, fabs, warnings })
     }
 
@@ -184,14 +184,13 @@ fn locate_fabs(level: usize, multifab: &MultiFab) -> Result<Vec<Fab>, FormatErro
     Ok(fabs)
 }
 
-fn warnings(coordinates: Coordinates, hierarchy: &Hierarchy) -> Vec<String> {
-    let coordinates = match coordinates {
-        Coordinates::Cartesian => None,
-        Coordinates::Cylindrical => Some("the coordinates are cylindrical, but are shown as if they were Cartesian"),
-        Coordinates::Spherical => Some("the coordinates are spherical, but are shown as if they were Cartesian"),
+fn warning(coordinates: Coordinates) -> Option<String> {
+    let kind = match coordinates {
+        Coordinates::Cartesian => return None,
+        Coordinates::Cylindrical => "cylindrical",
+        Coordinates::Spherical => "spherical",
     };
-    let nesting = hierarchy.warnings().iter().map(ToString::to_string);
-    coordinates.into_iter().map(str::to_owned).chain(nesting).collect()
+    Some(format!("the coordinates are {kind}, but are shown as if they were Cartesian"))
 }
 
 #[cfg(test)]

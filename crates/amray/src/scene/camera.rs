@@ -215,7 +215,9 @@ mod tests {
     #[test]
     fn orthographic_rays_are_parallel_and_keep_the_size_at_the_target() {
         let camera = Camera::new(looking_down_z().orthographic()).unwrap();
-        assert!(matches!(camera.viewpoint().projection, Projection::Orthographic { height } if (height - 20.0).abs() < 1e-9));
+        assert!(
+            matches!(camera.viewpoint().projection, Projection::Orthographic { height } if (height - 20.0).abs() < 1e-9)
+        );
         let ray = camera.ray([100, 100], [0.0, 0.0]);
         assert!((ray.start[0] + 10.0).abs() < 1e-9 && (ray.start[1] - 10.0).abs() < 1e-9);
         assert_eq!(ray.direction, [0.0, 0.0, -1.0]);

@@ -1,0 +1,187 @@
+//! `amray info`: what a data set holds.
+
+use std::fmt::Write;
+use std::sync::Arc;
+use std::time::Instant;
+
+use amray::Volume;
+use amray::hierarchy::Residence;
+use amray::index::Index;
+use amray::reconstruction::Method;
+use amray_formats::{DataSet, find_field};
+use clap::Args;
+use serde::Serialize;
+
+use crate::data::{self, DataArguments};
+use crate::number::{bytes, grouped};
+use crate::print;
+use crate::progress::with_progress;
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    data: DataArguments,
+    /// Only this field's range [default: every field's]
+    #[arg(long, value_name = "NAME")]
+    field: Option<String>,
+    /// Print one JSON object
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Description {
+    format: &'static str,
+    time: Option<f64>,
+    bounds: [[f64; 3]; 2],
+    levels: Vec<LevelDescription>,
+    fields: Vec<FieldDescription>,
+    warnings: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct LevelDescription {
+    level: usize,
+    /// To the next coarser level; 1 on level 0.
+    ratio: [i64; 3],
+    cell_size: [f64; 3],
+    /// First and last cell.
+    domain: [[i64; 3]; 2],
+    bricks: usize,
+    cells: u64,
+    leaf_cells: u64,
+}
+
+#[derive(Serialize)]
+struct FieldDescription {
+    name: String,
+    /// Over leaf cells, without ghosts; null where no value is finite.
+    min: Option<f64>,
+    max: Option<f64>,
+    /// Of all cells' values, without ghosts.
+    bytes: u64,
+    /// How many of them are in memory, rather than in a mapped file.
+    #[serde(skip)]
+    owned_bytes: u64,
+}
+
+/// What the index takes; only the text says it.
+struct IndexDescription {
+    regions: usize,
+    bytes: u64,
+    seconds: f64,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let data = arguments.data.open()?;
+    let start = Instant::now();
+    let index = Arc::new(Index::build(data.hierarchy().clone()));
+    let seconds = start.elapsed().as_secs_f64();
+    let of_index = IndexDescription { regions: index.regions().len(), bytes: index.bytes(), seconds };
+    let description = describe(arguments, &*data, &index)?;
+    if arguments.json {
+        print(&(serde_json::to_string(&description)? + "\n"))?;
+    } else {
+        print(&text(&description, &of_index))?;
+    }
+    Ok(())
+}
+
+fn describe(arguments: &Arguments, data: &dyn DataSet, index: &Arc<Index>) -> anyhow::Result<Description> {
+    let hierarchy = data.hierarchy();
+    let leaf_cells = index.leaf_cells();
+    let levels = hierarchy.levels().iter().enumerate().map(|(number, level)| LevelDescription {
+        level: number,
+        ratio: level.ratio(),
+        cell_size: level.cell_size(),
+        domain: [level.domain().low, level.domain().high.map(|index| index - 1)],
+        bricks: level.bricks().len(),
+        cells: level.cells(),
+        leaf_cells: leaf_cells[number],
+    });
+    let numbers: Vec<usize> = match &arguments.field {
+        Some(name) => vec![find_field(&arguments.data.path, data.fields(), name)?],
+        None => (0..data.fields().len()).collect(),
+    };
+    let fields = numbers.into_iter().map(|number| describe_field(data, index, number)).collect::<Result<_, _>>()?;
+    Ok(Description {
+        format: data.format(),
+        time: data.time(),
+        bounds: hierarchy.bounds(),
+        levels: levels.collect(),
+        fields,
+        warnings: data::warnings(data),
+    })
+}
+
+fn describe_field(data: &dyn DataSet, index: &Arc<Index>, number: usize) -> anyhow::Result<FieldDescription> {
+    let name = data.fields()[number].name.clone();
+    let field = with_progress(&name, |progress| data.read_field(number, progress))?;
+    let bytes = data.hierarchy().cells() * data.fields()[number].voxel_type.bytes() as u64;
+    let owned_bytes = field.bytes(Residence::Owned);
+    let range = Volume::new(index.clone(), field, Method::Nearest).leaf_range();
+    Ok(FieldDescription {
+        name,
+        min: range.map(|range| range[0]),
+        max: range.map(|range| range[1]),
+        bytes,
+        owned_bytes,
+    })
+}
+
+fn text(description: &Description, index: &IndexDescription) -> String {
+    let mut text = String::new();
+    write_text(&mut text, description, index).expect("writing to a string cannot fail");
+    text
+}
+
+fn write_text(out: &mut String, description: &Description, index: &IndexDescription) -> std::fmt::Result {
+    let Description { format, time, bounds: [low, high], levels, fields, warnings } = description;
+    write!(out, "{format}")?;
+    if let Some(time) = time {
+        write!(out, ", time {time}")?;
+    }
+    writeln!(out, "\nbounds {} to {}\n", triple(low), triple(high))?;
+    writeln!(out, "level  ratio  bricks         cells    leaf cells  cell size")?;
+    for level in levels {
+        let [i, j, k] = level.ratio;
+        let ratio = if i == j && j == k { i.to_string() } else { format!("{i},{j},{k}") };
+        writeln!(
+            out,
+            "{:>5} {ratio:>6} {:>7} {:>13} {:>13}  {}",
+            level.level,
+            level.bricks,
+            grouped(level.cells),
+            grouped(level.leaf_cells),
+            triple(&level.cell_size)
+        )?;
+    }
+    let total = |count: fn(&LevelDescription) -> u64| grouped(levels.iter().map(count).sum());
+    let bricks = levels.iter().map(|level| level.bricks).sum::<usize>();
+    writeln!(out, "  all {:>14} {:>13} {:>13}\n", bricks, total(|l| l.cells), total(|l| l.leaf_cells))?;
+    let width = fields.iter().map(|field| field.name.chars().count()).max().unwrap_or(0).max(5);
+    writeln!(out, "{:width$}  {:>13}  {:>13}  memory", "field", "min", "max")?;
+    for field in fields {
+        let value = |value: Option<f64>| value.map_or_else(|| "none".into(), |value| format!("{value:.6e}"));
+        let residence = if field.owned_bytes > 0 { "read" } else { "mapped" };
+        writeln!(
+            out,
+            "{:width$}  {:>13}  {:>13}  {} {residence}",
+            field.name,
+            value(field.min),
+            value(field.max),
+            bytes(field.bytes)
+        )?;
+    }
+    let IndexDescription { regions, bytes: index_bytes, seconds } = index;
+    writeln!(out, "\nindex: {} regions, {}, built in {seconds:.4} s", grouped(*regions as u64), bytes(*index_bytes))?;
+    for warning in warnings {
+        writeln!(out, "warning: {warning}")?;
+    }
+    Ok(())
+}
+
+fn triple([x, y, z]: &[f64; 3]) -> String {
+    format!("({x}, {y}, {z})")
+}

@@ -1,0 +1,86 @@
+//! The program `amray`: pictures of AMR simulation data from the command line.
+
+mod appearance;
+mod data;
+//mod demo;
+mod info;
+mod memory;
+mod number;
+mod progress;
+mod render;
+mod sample;
+mod slice;
+mod view;
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Shows adaptive-mesh-refinement (AMR) simulation data directly, without resampling it.
+#[derive(Debug, Parser)]
+#[command(name = "amray", version, propagate_version = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+    /// Threads to use [default: all cores]
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    threads: Option<u16>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    // Make a demo data set and a picture of it
+    //Demo(demo::Arguments),
+    /// Levels, bricks, cells, fields and their ranges
+    Info(info::Arguments),
+    /// One picture of the volume
+    Render(render::Arguments),
+    /// A slice across an axis, with a colour bar
+    Slice(slice::Arguments),
+    /// Values at given points
+    Sample(sample::Arguments),
+}
+
+fn main() -> ExitCode {
+    // Wrong usage ends here with exit code 2.
+    let arguments = Arguments::parse();
+    match run(arguments) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            // One line, whatever a library's message looks like.
+            let message = error.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+            // Nothing is left to be done where standard error is closed.
+            let _ = writeln!(io::stderr(), "amray: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(arguments: Arguments) -> anyhow::Result<()> {
+    if let Some(threads) = arguments.threads {
+        rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
+    }
+    match arguments.command {
+        //Command::Demo(arguments) => demo::run(&arguments),
+        Command::Info(arguments) => info::run(&arguments),
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Slice(arguments) => slice::run(&arguments),
+        Command::Sample(arguments) => sample::run(&arguments),
+    }
+}
+
+/// Prints to standard output; a reader that has gone away (`amray info | head`) is no failure.
+fn print(text: &str) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        result => result,
+    }
+}
+
+/// Prints to standard error what does not belong to the output.
+fn note(text: &str) {
+    // A closed standard error must not end the work.
+    let _ = writeln!(io::stderr(), "{text}");
+}

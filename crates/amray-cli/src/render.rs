@@ -1,0 +1,170 @@
+//! `amray render`: one picture of the volume.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use amray::appearance::{Picture, TransferFunction, color_bar};
+use amray::render::{Film, RenderOptions, RenderStatistics, render};
+use amray::scene::Scene;
+use amray_formats::picture::{PictureFormat, write_exr, write_npy, write_png};
+use clap::Args;
+use serde::Serialize;
+
+use crate::appearance::AppearanceArguments;
+use crate::data::{Opened, VolumeArguments};
+use crate::progress::with_progress;
+use crate::view::ViewArguments;
+use crate::{memory, number, print};
+
+/// The domain's longest side holds this many unit distances.
+const UNIT_DISTANCES: f64 = 100.0;
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    volume: VolumeArguments,
+    /// Where to write the picture: .png, .exr or .npy [default: the data's name with .png]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Pixels
+    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1024x1024", value_parser = number::size)]
+    size: [usize; 2],
+    #[command(flatten)]
+    view: ViewArguments,
+    #[command(flatten)]
+    appearance: AppearanceArguments,
+    /// Multiply all opacities
+    #[arg(long, value_name = "A", default_value = "1", value_parser = number::positive)]
+    opacity: f64,
+    /// The length that opacities refer to [default: a hundredth of the domain's longest side]
+    #[arg(long, value_name = "D", value_parser = number::positive)]
+    unit_distance: Option<f64>,
+    /// Samples per cell width along a ray
+    #[arg(long, value_name = "R", default_value = "1", value_parser = number::positive)]
+    samples_per_cell: f64,
+    /// Rays per pixel
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..))]
+    spp: u16,
+    /// Seed of the noise that hides banding
+    #[arg(long, value_name = "SEED", default_value = "0")]
+    seed: u64,
+    /// What is behind the volume in a .png, each 0 to 1
+    #[arg(long, value_name = "R,G,B[,A]", default_value = "0,0,0", value_parser = number::color)]
+    background: [f32; 4],
+    /// Draw a colour bar beside the picture (.png)
+    #[arg(long)]
+    color_bar: bool,
+    /// Render N frames after a warm-up and report the best and the median
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    repeat: Option<u16>,
+    /// Print one JSON object: seconds, samples, memory
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report {
+    output: PathBuf,
+    size: [usize; 2],
+    open_seconds: f64,
+    index_seconds: f64,
+    /// The last frame's.
+    frame_seconds: f64,
+    frame_best_seconds: f64,
+    frame_median_seconds: f64,
+    frames: usize,
+    rays: u64,
+    samples: u64,
+    /// Null where the system does not tell.
+    resident_bytes: Option<u64>,
+    peak_resident_bytes: Option<u64>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let output = arguments.output.clone().unwrap_or_else(|| PathBuf::from(arguments.volume.data.stem() + ".png"));
+    // A name that cannot be written is better known before the work than after it.
+    let format = PictureFormat::of(&output)?;
+    if arguments.color_bar && format != PictureFormat::Png {
+        anyhow::bail!("{}: a colour bar can only be drawn into a .png", output.display());
+    }
+    let Opened { volume, open_seconds, index_seconds } = arguments.volume.open()?;
+    let scene = Scene {
+        transfer_function: arguments.appearance.transfer_function(&volume)?.scaled_opacity(arguments.opacity),
+        unit_distance: arguments.unit_distance.unwrap_or(volume.hierarchy().longest_side() / UNIT_DISTANCES),
+        camera: arguments.view.camera(&volume, arguments.size)?,
+        volume: &volume,
+    };
+    let options = RenderOptions {
+        size: arguments.size,
+        samples_per_cell: arguments.samples_per_cell,
+        samples_per_pixel: arguments.spp.into(),
+        seed: arguments.seed,
+    };
+    let (film, statistics, seconds) = frames(&scene, &options, arguments.repeat);
+    match format {
+        PictureFormat::Png => {
+            let bar = arguments.color_bar.then_some(&scene.transfer_function);
+            write_picture(&output, &film, arguments.background, bar, volume.field().name())?;
+        }
+        PictureFormat::Exr => write_exr(&output, film.size(), film.pixels())?,
+        PictureFormat::Npy => write_npy(&output, film.size(), film.pixels())?,
+    }
+    if !arguments.json {
+        return Ok(print(&format!("{}\n", output.display()))?);
+    }
+    let mut sorted = seconds.clone();
+    sorted.sort_by(f64::total_cmp);
+    let report = Report {
+        output,
+        size: arguments.size,
+        open_seconds,
+        index_seconds,
+        frame_seconds: seconds[seconds.len() - 1],
+        frame_best_seconds: sorted[0],
+        frame_median_seconds: sorted[sorted.len() / 2],
+        frames: seconds.len(),
+        rays: statistics.rays,
+        samples: statistics.samples,
+        resident_bytes: memory::resident(),
+        peak_resident_bytes: memory::peak_resident(),
+    };
+    Ok(print(&(serde_json::to_string(&report)? + "\n"))?)
+}
+
+/// Renders one frame or, with `repeat`, a warm-up and that many frames; the last picture and the seconds of each.
+fn frames(scene: &Scene, options: &RenderOptions, repeat: Option<u16>) -> (Film, RenderStatistics, Vec<f64>) {
+    let frame = |what: &str| {
+        let start = Instant::now();
+        let (film, statistics) = with_progress(what, |progress| render(scene, options, progress));
+        (film, statistics, start.elapsed().as_secs_f64())
+    };
+    if repeat.is_some() {
+        frame("warm-up");
+    }
+    let (mut film, mut statistics, seconds) = frame("rendering");
+    let mut all = vec![seconds];
+    for _ in 1..repeat.unwrap_or(1) {
+        let (again, statistics_again, seconds) = frame("rendering");
+        film = again;
+        statistics = statistics_again;
+        all.push(seconds);
+    }
+    (film, statistics, all)
+}
+
+fn write_picture(
+    path: &Path,
+    film: &Film,
+    background: [f32; 4],
+    bar: Option<&TransferFunction>,
+    title: &str,
+) -> anyhow::Result<()> {
+    let pixels = film.over(background);
+    let Some(function) = bar else { return Ok(write_png(path, film.size(), &pixels)?) };
+    let [width, height] = film.size();
+    let behind = background.map(|channel| (channel * 255.0).round() as u8);
+    let picture = Picture::from_pixels(width, height, pixels).expect("a film has its size's pixels");
+    let joined = picture.beside(&color_bar(function, title, height, behind), behind);
+    Ok(write_png(path, [joined.width(), joined.height()], joined.pixels())?)
+}

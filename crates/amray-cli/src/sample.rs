@@ -1,0 +1,45 @@
+//! `amray sample`: values at given points.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use amray_formats::output::OutputFile;
+use amray_formats::{picture, points};
+use clap::Args;
+
+use crate::data::VolumeArguments;
+use crate::print;
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    volume: VolumeArguments,
+    /// World positions: x,y,z a line (.csv), or a NumPy array of shape (n, 3) (.npy)
+    #[arg(long, value_name = "FILE")]
+    points: PathBuf,
+    /// Where to write the values: .npy (n float64) or text, a value a line [default: standard output]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let positions = points::read_points(&arguments.points)?;
+    let opened = arguments.volume.open()?;
+    let values = opened.volume.sample(&positions);
+    match &arguments.output {
+        Some(path) if path.extension().is_some_and(|ending| ending == "npy") => {
+            picture::write_array(path, &[values.len() as u64], &values)?;
+        }
+        Some(path) => OutputFile::write(path, |file| std::io::Write::write_all(file, text(&values).as_bytes()))?,
+        None => print(&text(&values))?,
+    }
+    Ok(())
+}
+
+/// A value a line, with the digits that tell it from its neighbours.
+fn text(values: &[f64]) -> String {
+    values.iter().fold(String::new(), |mut text, value| {
+        writeln!(text, "{value}").expect("writing to a string cannot fail");
+        text
+    })
+}

@@ -1,0 +1,87 @@
+//! `amray slice`: the reconstruction on a plane, with a colour bar.
+
+use std::path::PathBuf;
+
+use amray::appearance::{Picture, TransferFunction, color_bar};
+use amray::render::{Axis, Slice, SliceImage};
+use amray_formats::picture::{PictureFormat, write_array, write_png};
+use anyhow::bail;
+use clap::Args;
+
+use crate::appearance::AppearanceArguments;
+use crate::data::VolumeArguments;
+use crate::{number, print};
+
+/// Around the slice, and where there is no value.
+const BACKGROUND: [u8; 4] = [255; 4];
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    volume: VolumeArguments,
+    /// The axis that the slice is perpendicular to: x, y or z
+    #[arg(long, value_name = "AXIS")]
+    axis: Axis,
+    /// Where on the axis, in world units [default: the middle of the domain]
+    #[arg(long, value_name = "X", value_parser = number::finite, allow_hyphen_values = true)]
+    at: Option<f64>,
+    /// Where to write it: .png, or the values as .npy [default: the data's name, the axis and .png]
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Pixels of the slice's longer side; the pixels are square
+    #[arg(long, value_name = "PIXELS", default_value = "1024", value_parser = clap::value_parser!(u16).range(1..))]
+    size: u16,
+    #[command(flatten)]
+    appearance: AppearanceArguments,
+    /// Leave out the colour bar
+    #[arg(long)]
+    no_color_bar: bool,
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let axis = arguments.axis;
+    let output = arguments
+        .output
+        .clone()
+        .unwrap_or_else(|| PathBuf::from(format!("{}_{axis}.png", arguments.volume.data.stem())));
+    let format = PictureFormat::of(&output)?;
+    if format == PictureFormat::Exr {
+        bail!("{}: a slice is written as .png or, its values, as .npy", output.display());
+    }
+    let volume = arguments.volume.open()?.volume;
+    let [low, high] = volume.hierarchy().bounds().map(|corner| corner[axis as usize]);
+    let slice = Slice { axis, at: arguments.at.unwrap_or((low + high) / 2.0) };
+    if !(low..=high).contains(&slice.at) {
+        bail!("--at {} misses the domain, which reaches from {low} to {high} on the {axis} axis", slice.at);
+    }
+    let image = slice.sample(&volume, slice.fitting_size(&volume, arguments.size.into()));
+    let [width, height] = image.size;
+    if format == PictureFormat::Npy {
+        write_array(&output, &[height as u64, width as u64], &image.values)?;
+    } else {
+        let function = arguments.appearance.colors(&image.values)?;
+        let mut picture =
+            Picture::from_pixels(width, height, colored(&image, &function)).expect("an image has its size's values");
+        if !arguments.no_color_bar {
+            let bar = color_bar(&function, volume.field().name(), height.max(MIN_BAR), BACKGROUND);
+            picture = picture.beside(&bar, BACKGROUND);
+        }
+        write_png(&output, [picture.width(), picture.height()], picture.pixels())?;
+    }
+    Ok(print(&format!("{}\n", output.display()))?)
+}
+
+/// A bar less high than this has no room for its numbers.
+const MIN_BAR: usize = 128;
+
+fn colored(image: &SliceImage, function: &TransferFunction) -> Vec<[u8; 4]> {
+    let colors = function.prepared(1.0);
+    let color = |&value: &f64| {
+        if !value.is_finite() {
+            return BACKGROUND;
+        }
+        let [red, green, blue] = colors.sample(value).color.map(|channel| (channel * 255.0).round() as u8);
+        [red, green, blue, u8::MAX]
+    };
+    image.values.iter().map(color).collect()
+}
