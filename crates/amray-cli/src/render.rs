@@ -49,7 +49,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "SEED", default_value = "0")]
     seed: u64,
     /// What is behind the volume in a .png, each 0 to 1
-    #[arg(long, value_name = "R,G,B[,A]", default_value = "0,0,0", value_parser = number::color)]
+    #[arg(long, value_name = "R,G,B[,A]", default_value = "1,1,1", value_parser = number::color)]
     background: [f32; 4],
     /// Draw a colour bar beside the picture (.png)
     #[arg(long)]

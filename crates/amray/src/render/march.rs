@@ -191,3 +191,63 @@ fn lattice_shift([x, y]: [usize; 2], seed: u64) -> f64 {
     let gradient = (0.067_110_56 * x as f64 + 0.005_837_15 * y as f64).fract();
     ((52.982_918_9 * gradient).fract() + (seed % (1 << 20)) as f64 * GOLDEN).fract()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::Volume;
+    use crate::appearance::{ColorPoint, Opacity, OpacityPoint, Scale, TransferFunction};
+    use crate::hierarchy::{Field, FieldValues, Hierarchy, IndexBox, LevelDescription};
+    use crate::reconstruction::Method;
+    use crate::scene::Viewpoint;
+
+    /// Two levels of small bricks.
+    fn volume() -> Volume {
+        let part = |low: i64, high: i64| IndexBox::new([low; 3], [high; 3]);
+        let split = |cells: IndexBox| {
+            cells.coarsened([4; 3]).iter().map(|corner| IndexBox::new(corner, corner.map(|i| i + 1)).refined([4; 3]))
+        };
+        let level = |ratio, size: i64, bricks: IndexBox| LevelDescription {
+            ratio: [ratio; 3],
+            cell_size: [1.0 / size as f64; 3],
+            domain: part(0, size),
+            bricks: split(bricks).collect(),
+        };
+        let levels = vec![level(1, 16, part(0, 16)), level(2, 32, part(8, 20))];
+        let hierarchy = Arc::new(Hierarchy::new([0.0; 3], levels).unwrap());
+        let field = Field::from_fn("value", &hierarchy, |level, [i, j, k]| {
+            // The distance from a corner, so that a shell of it is visible.
+            let [x, y, z] = [i, j, k].map(|index| index as f64 / (16 << level) as f64);
+            (x * x + y * y + z * z).sqrt()
+        });
+        Volume::new(Arc::new(Index::build(hierarchy)), field, Method::Basis)
+    }
+
+    #[test]
+    fn skipping_what_is_invisible_changes_nothing() {
+        let volume = volume();
+        let FieldValues::F64(bricks) = volume.field().values() else { unreachable!("the field was made of f64") };
+        let peak = |value, opacity| OpacityPoint { value, opacity };
+        let opacity = Opacity::Extinction(vec![peak(0.6, 0.0), peak(0.65, 90.0), peak(0.7, 0.0)]);
+        let colors = vec![ColorPoint { value: 0.0, color: [1.0, 0.5, 0.2] }];
+        let scene = Scene {
+            volume: &volume,
+            transfer_function: TransferFunction::new(Scale::Linear, colors, opacity).unwrap(),
+            unit_distance: 0.01,
+            camera: Camera::new(Viewpoint::framing([[0.0; 3], [1.0; 3]], 30.0, 1.0)).unwrap(),
+        };
+        let options = RenderOptions { size: [40, 40], ..RenderOptions::default() };
+        let skipping = Marcher::new(&scene, bricks, &options);
+        let skipped = skipping.visible.iter().filter(|visible| !**visible).count();
+        assert!(skipped > skipping.visible.len() / 4, "{skipped} of {} regions", skipping.visible.len());
+        let thorough =
+            Marcher { visible: vec![true; skipping.visible.len()], ..Marcher::new(&scene, bricks, &options) };
+        let [mut few, mut many] = [RenderStatistics::default(); 2];
+        for pixel in (0..1600).map(|number| [number % 40, number / 40]) {
+            assert_eq!(skipping.pixel(pixel, &mut few), thorough.pixel(pixel, &mut many), "{pixel:?}");
+        }
+        assert!(few.samples < many.samples * 3 / 4, "{} of {} samples", few.samples, many.samples);
+    }
+}
