@@ -1,0 +1,237 @@
+//! The program as a user runs it: what it prints, what it writes, and what it says when something is wrong.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use std::sync::OnceLock;
+
+use amray_testing::real_data;
+
+/// Runs `amray` in `directory`.
+fn amray(directory: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_amray")).args(arguments).current_dir(directory).output().unwrap()
+}
+
+/// What it prints when all goes well.
+fn prints(directory: &Path, arguments: &[&str]) -> String {
+    let output = amray(directory, arguments);
+    let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{arguments:?}: {errors}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// The one line it fails with.
+fn fails(directory: &Path, arguments: &[&str]) -> String {
+    let output = amray(directory, arguments);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(1), "{arguments:?}: {errors}");
+    let line = errors.lines().last().unwrap().to_owned();
+    assert!(line.starts_with("amray: ") && errors.ends_with('\n'), "{errors}");
+    assert_eq!(errors.lines().filter(|line| !line.starts_with("amray: warning: ")).count(), 1, "{errors}");
+    line
+}
+
+/// A small demo data set that the tests share.
+fn demo() -> &'static Path {
+    static DEMO: OnceLock<PathBuf> = OnceLock::new();
+    DEMO.get_or_init(|| {
+        let directory = tempfile::tempdir().unwrap().keep();
+        prints(&directory, &["demo", "--levels", "2", "--base", "16", "-o", "small.hdf5"]);
+        directory.join("small.hdf5")
+    })
+}
+
+fn json(text: &str) -> serde_json::Value {
+    serde_json::from_str(text).unwrap()
+}
+
+fn npy<T: npyz::Deserialize>(path: &Path) -> (Vec<u64>, Vec<T>) {
+    let file = npyz::NpyFile::new(std::fs::File::open(path).unwrap()).unwrap();
+    (file.shape().to_vec(), file.into_vec().unwrap())
+}
+
+#[test]
+fn a_demo_and_its_picture() {
+    let directory = tempfile::tempdir().unwrap();
+    let said = prints(directory.path(), &["demo", "--levels", "2", "--base", "16"]);
+    assert_eq!(said, format!("picture: {}\n", directory.path().join("amray-demo.png").display()));
+    let names: Vec<_> = std::fs::read_dir(&directory).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(names, ["amray-demo.png"], "data that is not kept is gone");
+    prints(directory.path(), &["demo", "--levels", "2", "--base", "16", "--keep"]);
+    assert_eq!(std::fs::read(directory.path().join("amray-demo.hdf5")).unwrap(), std::fs::read(demo()).unwrap());
+}
+
+#[test]
+fn info_describes() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = demo().to_str().unwrap();
+    let object = json(&prints(directory.path(), &["info", path, "--json"]));
+    let keys: Vec<_> = object.as_object().unwrap().keys().cloned().collect();
+    assert_eq!(keys, ["bounds", "fields", "format", "levels", "time", "warnings"]);
+    assert_eq!(object["format"], "Chombo HDF5");
+    assert_eq!(object["levels"][0]["ratio"], json("[1, 1, 1]"));
+    assert_eq!(object["levels"][1]["ratio"], json("[2, 2, 2]"));
+    assert_eq!(object["levels"][0]["domain"], json("[[0, 0, 0], [15, 15, 15]]"));
+    let [coarse, fine] = [0, 1].map(|level| object["levels"][level]["leaf_cells"].as_u64().unwrap());
+    assert_eq!(8 * coarse + fine, 32 * 32 * 32, "leaf cells fill the domain");
+    let low = object["fields"][0]["min"].as_f64().unwrap();
+    assert!(low < object["fields"][0]["max"].as_f64().unwrap());
+    let text = prints(directory.path(), &["info", path]);
+    assert!(text.starts_with("Chombo HDF5") && text.contains("mapped"), "{text}");
+    let coarse_only = json(&prints(directory.path(), &["info", path, "--max-level", "0", "--json"]));
+    assert_eq!(coarse_only["levels"].as_array().unwrap().len(), 1);
+    assert_eq!(coarse_only["levels"][0]["leaf_cells"], 16 * 16 * 16);
+}
+
+#[test]
+fn pictures_in_three_formats_agree() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = demo().to_str().unwrap();
+    for name in ["a.png", "a.exr", "a.npy"] {
+        let said = prints(directory.path(), &["render", path, "--size", "64x48", "-o", name]);
+        assert_eq!(said, format!("{name}\n"));
+    }
+    let (shape, film) = npy::<f32>(&directory.path().join("a.npy"));
+    assert_eq!(shape, [48, 64, 4]);
+    let visible = film.chunks_exact(4).filter(|pixel| pixel[3] > 0.1).count();
+    assert!(visible > 200, "the first picture shows something: {visible} pixels");
+    let file = std::io::BufReader::new(std::fs::File::open(directory.path().join("a.png")).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut bytes).unwrap();
+    for (pixel, rgb) in film.chunks_exact(4).zip(bytes.chunks_exact(3)) {
+        for channel in 0..3 {
+            let over_white = (pixel[channel] + 1.0 - pixel[3]) * 255.0;
+            assert!((over_white - f32::from(rgb[channel])).abs() <= 0.51, "{pixel:?} {rgb:?}");
+        }
+    }
+}
+
+#[test]
+fn pictures_do_not_depend_on_the_threads() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = demo().to_str().unwrap();
+    let picture = |threads: &str| {
+        let name = format!("{threads}.npy");
+        prints(directory.path(), &["render", path, "--size", "80", "--threads", threads, "-o", &name]);
+        std::fs::read(directory.path().join(name)).unwrap()
+    };
+    assert_eq!(picture("1"), picture("3"));
+}
+
+#[test]
+fn render_reports_as_json() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = demo().to_str().unwrap();
+    let said = prints(directory.path(), &["render", path, "--size", "32", "--repeat", "3", "--json", "-o", "a.png"]);
+    let report = json(&said);
+    assert_eq!((&report["frames"], &report["rays"]), (&3.into(), &(32 * 32).into()));
+    assert!(report["frame_best_seconds"].as_f64() <= report["frame_median_seconds"].as_f64());
+    assert!(report["samples"].as_u64() > Some(32 * 32));
+}
+
+#[test]
+fn samples_are_values_at_points() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = demo().to_str().unwrap();
+    let bounds = json(&prints(directory.path(), &["info", path, "--json"]))["bounds"].clone();
+    let high = bounds[1][0].as_f64().unwrap();
+    std::fs::write(directory.path().join("p.csv"), format!("x,y,z\n{h},{h},{h}\n{o},0,0\n", h = high / 2.0, o = 2.0 * high))
+        .unwrap();
+    let text = prints(directory.path(), &["sample", path, "--points", "p.csv"]);
+    let values: Vec<f64> = text.lines().map(|line| line.parse().unwrap()).collect();
+    assert!(values[0].is_finite() && values[1].is_nan() && values.len() == 2, "{text}");
+    prints(directory.path(), &["sample", path, "--points", "p.csv", "-o", "v.npy"]);
+    let (shape, array) = npy::<f64>(&directory.path().join("v.npy"));
+    assert_eq!((shape, array[0]), (vec![2], values[0]));
+}
+
+#[test]
+fn slices_as_pictures_and_values() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = demo().to_str().unwrap();
+    assert_eq!(prints(directory.path(), &["slice", path, "--axis", "y", "--size", "40"]), "small_y.png\n");
+    prints(directory.path(), &["slice", path, "--axis", "z", "--size", "40", "-o", "v.npy", "--method", "nearest"]);
+    let (shape, values) = npy::<f64>(&directory.path().join("v.npy"));
+    assert!(shape == [40, 40] && values.iter().all(|value| value.is_finite()));
+    let missed = fails(directory.path(), &["slice", path, "--axis", "x", "--at", "-5"]);
+    assert!(missed.contains("misses the domain"), "{missed}");
+}
+
+#[test]
+fn a_transfer_function_file_decides_the_picture() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = demo().to_str().unwrap();
+    let function = r#"{"extinction_points": [[-1e9, 1, 0, 0, 1e9], [1e9, 1, 0, 0, 1e9]]}"#;
+    std::fs::write(directory.path().join("red.json"), function).unwrap();
+    prints(directory.path(), &["render", path, "--size", "16", "--tf", "red.json", "-o", "a.npy"]);
+    let (_, film) = npy::<f32>(&directory.path().join("a.npy"));
+    assert_eq!(film[4 * (8 * 16 + 8)..][..4], [1.0, 0.0, 0.0, 1.0]);
+    std::fs::write(directory.path().join("bad.json"), "{\"points\": [[1, 2]]}").unwrap();
+    let error = fails(directory.path(), &["render", path, "--tf", "bad.json"]);
+    assert!(error.starts_with("amray: bad.json: "), "{error}");
+}
+
+#[test]
+fn errors_are_one_line_that_helps() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let path = demo().to_str().unwrap();
+    std::fs::write(here.join("text"), "hello").unwrap();
+    std::fs::write(here.join("empty"), "").unwrap();
+    std::fs::create_dir(here.join("folder")).unwrap();
+    let expected = "expected a Chombo HDF5 file or an AMReX plotfile";
+    assert_eq!(fails(here, &["info", "text"]), format!("amray: text: a text file that starts with \"hello\", {expected}"));
+    assert_eq!(fails(here, &["info", "empty"]), format!("amray: empty: an empty file, {expected}"));
+    assert_eq!(fails(here, &["info", "folder"]), format!("amray: folder: a directory without a plotfile's Header, {expected}"));
+    assert!(fails(here, &["info", "nowhere"]).starts_with("amray: nowhere: cannot open: "));
+    let field = fails(here, &["render", path, "--field", "densty"]);
+    assert!(field.contains("no field \"densty\", did you mean \"density\"?"), "{field}");
+    let level = fails(here, &["render", path, "--max-level", "7"]);
+    assert!(level.ends_with("no level 7; the finest level is 1"), "{level}");
+    let output = fails(here, &["render", path, "--size", "8", "-o", "missing/a.png"]);
+    assert!(output.starts_with("amray: missing/a.png: cannot write: "), "{output}");
+    assert!(fails(here, &["render", path, "-o", "a.jpg"]).ends_with("a.jpg: ending .jpg, expected .png, .exr or .npy"));
+    assert!(fails(here, &["render", path, "--eye", "1,1,1", "--target", "1,1,1"]).contains("camera: eye and target"));
+    assert!(fails(here, &["render", path, "--tf", "rainbow-ish"]).contains("viridis"));
+    std::fs::write(here.join("p.csv"), "1,2\n").unwrap();
+    assert!(fails(here, &["sample", path, "--points", "p.csv"]).contains("line 1"));
+    assert!(!here.join("a.jpg").exists());
+}
+
+#[test]
+fn wrong_usage_is_exit_code_two() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = demo().to_str().unwrap();
+    for arguments in [
+        &["frobnicate"][..],
+        &["render"],
+        &["render", path, "--size", "0"],
+        &["render", path, "--fovy", "-3"],
+        &["render", path, "--range", "2,1"],
+        &["render", path, "--method", "cubic"],
+        &["render", path, "--threads", "0"],
+        &["slice", path],
+        &["slice", path, "--axis", "w"],
+    ] {
+        assert_eq!(amray(directory.path(), arguments).status.code(), Some(2), "{arguments:?}");
+    }
+}
+
+#[test]
+fn real_files_give_pictures_without_flags() {
+    let directory = tempfile::tempdir().unwrap();
+    let Some(chombo) = real_data("chombo") else { return };
+    let mut paths: Vec<_> = std::fs::read_dir(chombo).unwrap().map(|entry| entry.unwrap().path()).collect();
+    if let Some(amrex) = real_data("amrex") {
+        paths.extend(std::fs::read_dir(amrex).unwrap().map(|entry| entry.unwrap().path()));
+    }
+    for path in paths {
+        let path = path.to_str().unwrap();
+        prints(directory.path(), &["info", path]);
+        prints(directory.path(), &["slice", path, "--axis", "x", "--size", "32", "-o", "slice.png"]);
+        prints(directory.path(), &["render", path, "--size", "48", "-o", "a.npy"]);
+        let (_, film) = npy::<f32>(&directory.path().join("a.npy"));
+        let visible = film.chunks_exact(4).filter(|pixel| pixel[3] > 0.02).count();
+        assert!(visible > 10, "{path}: {visible} visible pixels");
+    }
+}
