@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use amray_formats::output::OutputFile;
 use amray_formats::{picture, points};
 use clap::Args;
+use serde_json::json;
 
 use crate::data::VolumeArguments;
 use crate::print;
@@ -20,6 +21,9 @@ pub(crate) struct Arguments {
     /// Where to write the values: .npy (n float64) or text, a value a line [default: standard output]
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Print one JSON object: the values (null where there is none), or where they were written
+    #[arg(long)]
+    json: bool,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -31,7 +35,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             picture::write_array(path, &[values.len() as u64], &values)?;
         }
         Some(path) => OutputFile::write(path, |file| std::io::Write::write_all(file, text(&values).as_bytes()))?,
+        None if arguments.json => print(&format!("{}\n", json!({ "values": values })))?,
         None => print(&text(&values))?,
+    }
+    if let (Some(path), true) = (&arguments.output, arguments.json) {
+        print(&format!("{}\n", json!({ "output": path, "values": values.len() })))?;
     }
     Ok(())
 }

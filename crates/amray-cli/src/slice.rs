@@ -7,6 +7,7 @@ use amray::render::{Axis, Slice, SliceImage};
 use amray_formats::picture::{PictureFormat, write_array, write_png};
 use anyhow::bail;
 use clap::Args;
+use serde::Serialize;
 
 use crate::appearance::AppearanceArguments;
 use crate::data::VolumeArguments;
@@ -36,6 +37,22 @@ pub(crate) struct Arguments {
     /// Leave out the colour bar
     #[arg(long)]
     no_color_bar: bool,
+    /// Print one JSON object: where the slice is, its size and values
+    #[arg(long)]
+    json: bool,
+}
+
+/// What `--json` prints.
+#[derive(Serialize)]
+struct Report {
+    output: PathBuf,
+    axis: String,
+    at: f64,
+    /// Of the slice, without the colour bar.
+    size: [usize; 2],
+    /// Over the slice's pixels; null where no value is finite.
+    min: Option<f64>,
+    max: Option<f64>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -68,7 +85,19 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
         write_png(&output, [picture.width(), picture.height()], picture.pixels())?;
     }
-    Ok(print(&format!("{}\n", output.display()))?)
+    if !arguments.json {
+        return Ok(print(&format!("{}\n", output.display()))?);
+    }
+    let finite = || image.values.iter().copied().filter(|value| value.is_finite());
+    let report = Report {
+        output,
+        axis: axis.to_string(),
+        at: slice.at,
+        size: image.size,
+        min: finite().reduce(f64::min),
+        max: finite().reduce(f64::max),
+    };
+    Ok(print(&(serde_json::to_string(&report)? + "\n"))?)
 }
 
 /// A bar less high than this has no room for its numbers.
