@@ -3,7 +3,9 @@
 //! [`open`] recognises a data set by its content and reads its geometry; values are read (or mapped) field by field.
 
 mod amrex;
+mod chombo;
 mod error;
+mod hdf5;
 mod open;
 pub mod output;
 pub mod picture;
@@ -15,6 +17,7 @@ use std::sync::Arc;
 use amray::hierarchy::{Field, Hierarchy, VoxelType};
 
 pub use amrex::AmrexPlotfile;
+pub use chombo::ChomboFile;
 pub use error::FormatError;
 pub use open::open;
 

@@ -1,0 +1,197 @@
+//! Chombo HDF5 files, as Chombo, GRChombo and codes built on them write them.
+//!
+//! The format is that of `WriteAMRHierarchyHDF5` in Chombo's `AMRIO.cpp` and of the level data in `CH_HDF5.cpp`: root
+//! attributes, and a group `level_N` per level with its `boxes` and one flat array of values.
+
+mod geometry;
+mod values;
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use amray::hierarchy::{BrickValues, Field, FieldValues, Hierarchy, Voxel, VoxelType};
+
+use crate::hdf5::{H5Type, Hdf5, Hdf5Group};
+use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
+use values::LevelValues;
+
+/// What a file must hold to be taken for Chombo's.
+const EXPECTED: &str =
+    "Chombo HDF5 (a group level_0, and Chombo_global or the attributes num_levels and num_components)";
+
+/// A Chombo HDF5 file.
+pub struct ChomboFile {
+    hdf5: Hdf5,
+    time: Option<f64>,
+    hierarchy: Arc<Hierarchy>,
+    fields: Vec<FieldInfo>,
+    levels: Vec<LevelValues>,
+    warnings: Vec<String>,
+}
+
+impl ChomboFile {
+    /// Whether the HDF5 file is Chombo's.
+    ///
+    /// # Errors
+    /// [`FormatError::Malformed`] where its root group is damaged.
+    pub(crate) fn recognises(hdf5: &Hdf5) -> Result<bool, FormatError> {
+        let root = hdf5.root()?;
+        if root.group("Chombo_global")?.is_some() {
+            return Ok(true);
+        }
+        let counts = root.has_attribute("num_levels") || root.has_attribute("num_components");
+        Ok(counts && root.group("level_0")?.is_some())
+    }
+
+    /// Opens a file and reads its geometry, not its values.
+    ///
+    /// # Errors
+    /// [`FormatError::Unrecognised`] where the file is no Chombo file, another [`FormatError`] where it is damaged,
+    /// has a level without boxes, or holds what is not rendered: two dimensions, or values on nodes or faces.
+    pub fn open(path: &Path, options: &OpenOptions) -> Result<Self, FormatError> {
+        match Hdf5::open(path)? {
+            Some(hdf5) if Self::recognises(&hdf5)? => Self::read(hdf5, options),
+            Some(hdf5) => Err(hdf5.unrecognised(EXPECTED)),
+            None => {
+                let found = "not an HDF5 file".into();
+                Err(FormatError::Unrecognised { path: path.into(), found, expected: EXPECTED.into() })
+            }
+        }
+    }
+
+    /// Reads the geometry of a file that [`ChomboFile::recognises`] knows.
+    ///
+    /// # Errors
+    /// As [`ChomboFile::open`].
+    pub(crate) fn read(hdf5: Hdf5, options: &OpenOptions) -> Result<Self, FormatError> {
+        let root = hdf5.root()?;
+        refuse_other_kinds(&root)?;
+        let mut warnings = Vec::new();
+
+        let levels = count(&root, "num_levels")?;
+        let levels = (0..options.level_count(hdf5.path(), levels)?)
+            .map(|number| geometry::level_group(&root, number))
+            .collect::<Result<Vec<_>, _>>()?;
+        let hierarchy = geometry::hierarchy(hdf5.path(), &root, &levels, &mut warnings)?;
+        let time = match root.float("time")? {
+            Some(time) => Some(time),
+            None => levels.first().map_or(Ok(None), |level| level.float("time"))?,
+        };
+
+        let components = count(&root, "num_components")?;
+        let levels = levels
+            .iter()
+            .zip(hierarchy.levels())
+            .enumerate()
+            .map(|(number, (group, level))| LevelValues::locate(number, group, components, level.bricks()))
+            .collect::<Result<Vec<_>, _>>()?;
+        let voxel_type = levels.first().map_or(VoxelType::F64, LevelValues::voxel_type);
+        for level in &levels {
+            level.expect_type(voxel_type)?;
+        }
+        // By now every component of every brick is known to have its place in the file: the count can be believed.
+        let fields = field_names(&root, components, &mut warnings);
+        let fields = fields.into_iter().map(|name| FieldInfo { name, voxel_type }).collect();
+        Ok(Self { hdf5, time, hierarchy: Arc::new(hierarchy), fields, levels, warnings })
+    }
+
+    fn read_values<T: Voxel + H5Type>(
+        &self,
+        component: usize,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<FieldValues, FormatError>
+    where
+        FieldValues: From<Vec<BrickValues<T>>>,
+    {
+        let all = self.hierarchy.cells() as f64;
+        let done = AtomicU64::new(0);
+        let advance = |cells: u64| progress((done.fetch_add(cells, Ordering::Relaxed) + cells) as f64 / all);
+        let mut bricks = Vec::with_capacity(self.hierarchy.brick_count());
+        for (values, level) in self.levels.iter().zip(self.hierarchy.levels()) {
+            bricks.extend(values.read::<T>(self.hdf5.map(), component, level.bricks(), &advance)?);
+        }
+        Ok(bricks.into())
+    }
+}
+
+impl DataSet for ChomboFile {
+    fn format(&self) -> &'static str {
+        "Chombo HDF5"
+    }
+
+    fn time(&self) -> Option<f64> {
+        self.time
+    }
+
+    fn hierarchy(&self) -> &Arc<Hierarchy> {
+        &self.hierarchy
+    }
+
+    fn fields(&self) -> &[FieldInfo] {
+        &self.fields
+    }
+
+    fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
+        let FieldInfo { name, voxel_type } = &self.fields[field];
+        let values = match voxel_type {
+            VoxelType::F32 => self.read_values::<f32>(field, progress)?,
+            VoxelType::F64 => self.read_values::<f64>(field, progress)?,
+        };
+        let wrong = |source| FormatError::Field { path: self.hdf5.path().into(), source };
+        Field::new(name, values, &self.hierarchy).map_err(wrong)
+    }
+
+    fn warnings(&self) -> &[String] {
+        &self.warnings
+    }
+}
+
+/// Chombo also writes two-dimensional data, and values that belong to nodes (`data_centering` 7).
+fn refuse_other_kinds(root: &Hdf5Group) -> Result<(), FormatError> {
+    if let Some(global) = root.group("Chombo_global")?
+        && let Some(dimensions) = global.integer("SpaceDim")?
+        && dimensions != 3
+    {
+        return Err(global.malformed(&format!("SpaceDim is {dimensions}, expected 3: only 3-D data can be rendered")));
+    }
+    match root.integer("data_centering")? {
+        None | Some(0) => Ok(()),
+        Some(centering) => {
+            let expected = "expected 0: values must be cell-centred";
+            Err(root.malformed(&format!("data_centering is {centering}, {expected}")))
+        }
+    }
+}
+
+/// A root attribute that counts something there must be at least one of.
+fn count(root: &Hdf5Group, name: &str) -> Result<usize, FormatError> {
+    let count = root.integer(name)?.ok_or_else(|| root.malformed(&format!("no attribute {name}")))?;
+    match usize::try_from(count) {
+        Ok(count) if count > 0 => Ok(count),
+        _ => Err(root.malformed(&format!("{name} is {count}, expected at least 1"))),
+    }
+}
+
+/// The names of the components: `component_0` and so on where the file gives none.
+fn field_names(root: &Hdf5Group, components: usize, warnings: &mut Vec<String>) -> Vec<String> {
+    let mut names: Vec<String> = Vec::with_capacity(components);
+    for component in 0..components {
+        let attribute = format!("component_{component}");
+        let name = match root.text(&attribute) {
+            Ok(Some(name)) if !name.is_empty() && !name.contains(char::is_control) => name,
+            Ok(None) => attribute,
+            _ => {
+                warnings.push(format!("the name of component {component} is unreadable: it is called {attribute}"));
+                attribute
+            }
+        };
+        names.push(name);
+    }
+    let mut sorted: Vec<&String> = names.iter().collect();
+    sorted.sort_unstable();
+    if let Some(twice) = sorted.windows(2).find(|pair| pair[0] == pair[1]) {
+        warnings.push(format!("several components are called {}: the name stands for the first", twice[0]));
+    }
+    names
+}

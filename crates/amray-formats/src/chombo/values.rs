@@ -1,0 +1,251 @@
+//! The values in a Chombo file: where each brick's lie, mapped in place or read.
+//!
+//! A level's values are one flat array. Per box it holds all components, x fastest and component slowest, with ghost
+//! cells around each. Ghost values are not to be trusted and are skipped.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use amray::hierarchy::{BrickValues, IndexBox, OutOfBuffer, ValueBuffer, Voxel, VoxelType};
+use memmap2::Mmap;
+use rayon::prelude::*;
+
+use super::geometry::INTEGER_VECTOR;
+use crate::FormatError;
+use crate::hdf5::{H5Type, Hdf5Group, Hdf5Set, Storage};
+
+/// A run of bricks is read by one thread and spans this many chunks, so that few are decompressed by two threads.
+const CHUNKS_PER_RUN: u64 = 16;
+
+/// Where the values of a level's bricks lie.
+pub(super) struct LevelValues {
+    set: Hdf5Set,
+    voxel_type: VoxelType,
+    storage: Storage,
+    /// Where each brick starts in the array, and after the last one where it ends.
+    offsets: Vec<u64>,
+    ghosts: [u64; 3],
+}
+
+/// Where one component of a brick lies in the array.
+struct Placement {
+    /// With ghost cells.
+    values: Range<u64>,
+    /// From the start of `values` to the first cell that is no ghost.
+    first: usize,
+    /// Distance between neighbouring cells, in values.
+    stride: [usize; 3],
+    /// Cells per axis, without ghosts.
+    size: [usize; 3],
+}
+
+impl LevelValues {
+    /// Finds the values of the validated `bricks` of a level and checks that there is one per cell and component.
+    pub(super) fn locate(
+        level: usize,
+        group: &Hdf5Group,
+        components: usize,
+        bricks: &[IndexBox],
+    ) -> Result<Self, FormatError> {
+        let ghosts = ghosts(group, components)?;
+        let set = group.data_set("data:datatype=0")?;
+        let offsets = group.data_set("data:offsets=0")?;
+        let starts = offsets.integers()?;
+        if starts.len() != bricks.len() + 1 {
+            let (found, expected) = (starts.len(), bricks.len() + 1);
+            return Err(offsets.malformed(&format!("{found} offsets, expected {expected} (one more than boxes)")));
+        }
+        for (brick, (cells, ends)) in bricks.iter().zip(starts.windows(2)).enumerate() {
+            let expected = values_of(cells, ghosts).and_then(|values| values.checked_mul(components as u64));
+            let found = ends[1].checked_sub(ends[0]).and_then(|span| u64::try_from(span).ok());
+            if ends[0] < 0 || found.is_none() || found != expected {
+                let size = cells.size();
+                return Err(offsets.malformed(&format!(
+                    "level {level}, brick {brick}: offsets {} to {}, expected {components} components of {size:?} cells \
+                     with {ghosts:?} ghost layers between them",
+                    ends[0], ends[1]
+                )));
+            }
+        }
+        let offsets: Vec<u64> = starts.into_iter().map(i64::cast_unsigned).collect();
+        let (needed, length) = (offsets.last().copied().unwrap_or(0), set.length()?);
+        if needed > length {
+            return Err(set.malformed(&format!("{length} values, expected {needed} by data:offsets=0")));
+        }
+        let voxel_type = set.voxel_type()?;
+        let storage = set.storage()?;
+        Ok(Self { set, voxel_type, storage, offsets, ghosts })
+    }
+
+    /// The stored number type.
+    pub(super) fn voxel_type(&self) -> VoxelType {
+        self.voxel_type
+    }
+
+    /// A field has one number type on all levels.
+    pub(super) fn expect_type(&self, expected: VoxelType) -> Result<(), FormatError> {
+        if self.voxel_type == expected {
+            return Ok(());
+        }
+        let [found, expected] = [self.voxel_type, expected].map(VoxelType::bytes);
+        Err(self.set.malformed(&format!("floats of {found} bytes, expected {expected} bytes as on level 0")))
+    }
+
+    /// The values of one component in all `bricks`: in place where the file's bytes are this machine's numbers, else
+    /// owned and without ghost cells. `T` is the stored type. `advance` is told of cells that are done.
+    pub(super) fn read<T: Voxel + H5Type>(
+        &self,
+        map: &Arc<Mmap>,
+        component: usize,
+        bricks: &[IndexBox],
+        advance: &(dyn Fn(u64) + Sync),
+    ) -> Result<Vec<BrickValues<T>>, FormatError> {
+        match &self.storage {
+            Storage::Contiguous(bytes) if self.set.is_native() => {
+                let buffer = ValueBuffer::mapped(Arc::clone(map));
+                let mapped = |(brick, cells)| self.mapped(&buffer, bytes, self.placement(brick, component, cells));
+                let values = bricks.iter().enumerate().map(mapped).collect::<Result<_, _>>();
+                advance(bricks.iter().map(IndexBox::cells).sum());
+                values.map_err(|error| self.set.malformed(&error.to_string()))
+            }
+            Storage::Chunked(chunk) => self.read_runs(component, bricks, chunk[0], advance),
+            Storage::Contiguous(_) | Storage::Compact(_) => self.read_runs(component, bricks, 1, advance),
+        }
+    }
+
+    fn mapped<T: Voxel>(
+        &self,
+        buffer: &ValueBuffer,
+        bytes: &Range<usize>,
+        placement: Placement,
+    ) -> Result<BrickValues<T>, OutOfBuffer> {
+        let Placement { values, first, stride, size } = placement;
+        // `locate` found all values inside `bytes`.
+        let offset = bytes.start + (values.start as usize + first) * size_of::<T>();
+        BrickValues::new(buffer.clone(), offset, stride, size)
+    }
+
+    fn read_runs<T: Voxel + H5Type>(
+        &self,
+        component: usize,
+        bricks: &[IndexBox],
+        chunk: u64,
+        advance: &(dyn Fn(u64) + Sync),
+    ) -> Result<Vec<BrickValues<T>>, FormatError> {
+        let read = |run: Range<usize>| {
+            let mut window = Window { set: &self.set, chunk, length: self.set.length()?, start: 0, values: Vec::new() };
+            run.map(|brick| {
+                let placement = self.placement(brick, component, &bricks[brick]);
+                let values = window.read(&placement.values)?;
+                advance(bricks[brick].cells());
+                let cells = placement.without_ghosts(values);
+                BrickValues::owned(cells, placement.size).map_err(|error| self.set.malformed(&error.to_string()))
+            })
+            .collect::<Result<Vec<_>, FormatError>>()
+        };
+        let runs = self.runs(chunk.saturating_mul(CHUNKS_PER_RUN)).into_par_iter().map(read);
+        Ok(runs.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+    }
+
+    /// Runs of bricks that span at least `values` values each, but for the last.
+    fn runs(&self, values: u64) -> Vec<Range<usize>> {
+        let bricks = self.offsets.len() - 1;
+        let mut runs = Vec::new();
+        let mut start = 0;
+        for end in 1..=bricks {
+            if end == bricks || self.offsets[end] - self.offsets[start] >= values {
+                runs.push(start..end);
+                start = end;
+            }
+        }
+        runs
+    }
+
+    fn placement(&self, brick: usize, component: usize, cells: &IndexBox) -> Placement {
+        // `locate` checked these products; validated bricks are not empty.
+        let size = cells.size().map(|cells| cells as usize);
+        let ghosts = self.ghosts.map(|layers| layers as usize);
+        let padded: [usize; 3] = std::array::from_fn(|axis| size[axis] + 2 * ghosts[axis]);
+        let stride = [1, padded[0], padded[0] * padded[1]];
+        let count = stride[2] * padded[2];
+        let start = self.offsets[brick] + (component * count) as u64;
+        let first = (0..3).map(|axis| ghosts[axis] * stride[axis]).sum();
+        Placement { values: start..start + count as u64, first, stride, size }
+    }
+}
+
+impl Placement {
+    /// The cells of `values` that are no ghosts, x fastest.
+    fn without_ghosts<T: Copy>(&self, values: Vec<T>) -> Vec<T> {
+        let Self { first, stride, size, .. } = self;
+        let cells = size.iter().product();
+        if values.len() == cells {
+            return values;
+        }
+        let mut kept = Vec::with_capacity(cells);
+        for k in 0..size[2] {
+            for j in 0..size[1] {
+                let row = first + j * stride[1] + k * stride[2];
+                kept.extend_from_slice(&values[row..row + size[0]]);
+            }
+        }
+        kept
+    }
+}
+
+/// Reads ascending ranges of an array in whole chunks and keeps the last ones, so that each chunk is decompressed once.
+struct Window<'a, T> {
+    set: &'a Hdf5Set,
+    /// Values per chunk; 1 where the array has none.
+    chunk: u64,
+    /// Values in the array.
+    length: u64,
+    /// What is kept, and where it starts in the array.
+    start: u64,
+    values: Vec<T>,
+}
+
+impl<T: Copy + H5Type> Window<'_, T> {
+    fn read(&mut self, range: &Range<u64>) -> Result<Vec<T>, FormatError> {
+        let mut found = Vec::with_capacity((range.end - range.start) as usize);
+        let mut next = range.start;
+        while next < range.end {
+            let end = self.start + self.values.len() as u64;
+            if next < self.start || next >= end {
+                let start = next - next % self.chunk;
+                let end = range.end.div_ceil(self.chunk).saturating_mul(self.chunk).min(self.length);
+                self.values = Vec::new();
+                self.values = self.set.read_box(std::slice::from_ref(&(start..end)))?;
+                self.start = start;
+                continue;
+            }
+            let stop = end.min(range.end);
+            found.extend_from_slice(&self.values[(next - self.start) as usize..(stop - self.start) as usize]);
+            next = stop;
+        }
+        Ok(found)
+    }
+}
+
+/// Ghost layers per axis around each box in the file. `outputGhost` counts them; `ghost` is what the run had in memory.
+fn ghosts(level: &Hdf5Group, components: usize) -> Result<[u64; 3], FormatError> {
+    let Some(attributes) = level.group("data_attributes")? else { return Ok([0; 3]) };
+    if let Some(found) = attributes.integer("comps")?
+        && usize::try_from(found) != Ok(components)
+    {
+        return Err(attributes.malformed(&format!("comps is {found}, expected {components} by num_components")));
+    }
+    let ghosts = attributes.integers("outputGhost", INTEGER_VECTOR)?.unwrap_or_default();
+    match ghosts.map(u64::try_from) {
+        [Ok(x), Ok(y), Ok(z)] => Ok([x, y, z]),
+        _ => Err(attributes.malformed(&format!("outputGhost is {ghosts:?}, expected no negative numbers"))),
+    }
+}
+
+/// The number of values of one component of a brick, ghost cells included.
+fn values_of(cells: &IndexBox, ghosts: [u64; 3]) -> Option<u64> {
+    (0..3).try_fold(1u64, |values, axis| {
+        let padded = ghosts[axis].checked_mul(2)?.checked_add(cells.low[axis].abs_diff(cells.high[axis]))?;
+        values.checked_mul(padded)
+    })
+}
