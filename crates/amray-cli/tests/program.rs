@@ -135,8 +135,11 @@ fn samples_are_values_at_points() {
     let path = demo().to_str().unwrap();
     let bounds = json(&prints(directory.path(), &["info", path, "--json"]))["bounds"].clone();
     let high = bounds[1][0].as_f64().unwrap();
-    std::fs::write(directory.path().join("p.csv"), format!("x,y,z\n{h},{h},{h}\n{o},0,0\n", h = high / 2.0, o = 2.0 * high))
-        .unwrap();
+    std::fs::write(
+        directory.path().join("p.csv"),
+        format!("x,y,z\n{h},{h},{h}\n{o},0,0\n", h = high / 2.0, o = 2.0 * high),
+    )
+    .unwrap();
     let text = prints(directory.path(), &["sample", path, "--points", "p.csv"]);
     let values: Vec<f64> = text.lines().map(|line| line.parse().unwrap()).collect();
     assert!(values[0].is_finite() && values[1].is_nan() && values.len() == 2, "{text}");
@@ -180,9 +183,15 @@ fn errors_are_one_line_that_helps() {
     std::fs::write(here.join("empty"), "").unwrap();
     std::fs::create_dir(here.join("folder")).unwrap();
     let expected = "expected a Chombo HDF5 file or an AMReX plotfile";
-    assert_eq!(fails(here, &["info", "text"]), format!("amray: text: a text file that starts with \"hello\", {expected}"));
+    assert_eq!(
+        fails(here, &["info", "text"]),
+        format!("amray: text: a text file that starts with \"hello\", {expected}")
+    );
     assert_eq!(fails(here, &["info", "empty"]), format!("amray: empty: an empty file, {expected}"));
-    assert_eq!(fails(here, &["info", "folder"]), format!("amray: folder: a directory without a plotfile's Header, {expected}"));
+    assert_eq!(
+        fails(here, &["info", "folder"]),
+        format!("amray: folder: a directory without a plotfile's Header, {expected}")
+    );
     assert!(fails(here, &["info", "nowhere"]).starts_with("amray: nowhere: cannot open: "));
     let field = fails(here, &["render", path, "--field", "densty"]);
     assert!(field.contains("no field \"densty\", did you mean \"density\"?"), "{field}");

@@ -4,7 +4,8 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
-use crate::{AmrexPlotfile, DataSet, FormatError, OpenOptions};
+use crate::hdf5::Hdf5;
+use crate::{AmrexPlotfile, ChomboFile, DataSet, FormatError, OpenOptions};
 
 /// Opens a data set of any format that amray reads. The content decides, not the name.
 ///
@@ -15,6 +16,15 @@ pub fn open(path: &Path, options: &OpenOptions) -> Result<Box<dyn DataSet>, Form
     if AmrexPlotfile::recognises(path) {
         return Ok(Box::new(AmrexPlotfile::open(path, options)?));
     }
+    let expected = "a Chombo HDF5 file or an AMReX plotfile";
+    if metadata.is_file()
+        && let Some(hdf5) = Hdf5::open(path)?
+    {
+        return match ChomboFile::recognises(&hdf5)? {
+            true => Ok(Box::new(ChomboFile::read(hdf5, options)?)),
+            false => Err(hdf5.unrecognised(expected)),
+        };
+    }
     let found = if metadata.is_dir() {
         "a directory without a plotfile's Header".into()
     } else if metadata.is_file() {
@@ -22,8 +32,7 @@ pub fn open(path: &Path, options: &OpenOptions) -> Result<Box<dyn DataSet>, Form
     } else {
         "no regular file".into()
     };
-    let expected = "a Chombo HDF5 file or an AMReX plotfile".into();
-    Err(FormatError::Unrecognised { path: path.into(), found, expected })
+    Err(FormatError::Unrecognised { path: path.into(), found, expected: expected.into() })
 }
 
 /// What a file that no reader knows looks like.
@@ -33,7 +42,6 @@ fn described(path: &Path) -> Result<String, FormatError> {
     file.take(16).read_to_end(&mut start).map_err(FormatError::io(path, "read"))?;
     Ok(match start.as_slice() {
         [] => "an empty file".into(),
-        [0x89, b'H', b'D', b'F', ..] => "an HDF5 file of another kind".into(),
         text if text.iter().all(|byte| byte.is_ascii_graphic() || byte.is_ascii_whitespace()) => {
             format!("a text file that starts with {:?}", String::from_utf8_lossy(text))
         }
