@@ -34,8 +34,8 @@ fn fails(directory: &Path, arguments: &[&str]) -> String {
 fn demo() -> &'static Path {
     static DEMO: OnceLock<PathBuf> = OnceLock::new();
     DEMO.get_or_init(|| {
-        let directory = tempfile::tempdir().unwrap().keep();
-        prints(&directory, &["demo", "--levels", "2", "--base", "16", "-o", "small.hdf5"]);
+        let directory = Path::new(env!("CARGO_TARGET_TMPDIR"));
+        prints(directory, &["demo", "--levels", "2", "--base", "16", "-o", "small.hdf5"]);
         directory.join("small.hdf5")
     })
 }
