@@ -10,6 +10,12 @@ pub(crate) fn peak_resident() -> Option<u64> {
     of_status("VmHWM:")
 }
 
+/// Bytes in physical memory that are the process's own now: mapped files, which the system can drop at any time, are
+/// left out.
+pub(crate) fn private() -> Option<u64> {
+    of_status("RssAnon:")
+}
+
 /// A line of Linux's process status (proc(5)), which counts in units of 1024 bytes.
 fn of_status(key: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;

@@ -79,6 +79,8 @@ struct Report {
     /// Null where the system does not tell.
     resident_bytes: Option<u64>,
     peak_resident_bytes: Option<u64>,
+    /// Resident without the pages of mapped files.
+    private_bytes: Option<u64>,
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
@@ -128,6 +130,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         samples: statistics.samples,
         resident_bytes: memory::resident(),
         peak_resident_bytes: memory::peak_resident(),
+        private_bytes: memory::private(),
     };
     Ok(print(&(serde_json::to_string(&report)? + "\n"))?)
 }

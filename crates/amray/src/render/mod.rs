@@ -5,6 +5,7 @@ mod march;
 mod slice;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
@@ -63,26 +64,25 @@ fn render_tiles<T: Voxel>(
     let [width, height] = options.size;
     let tiles: Vec<[usize; 2]> =
         (0..height).step_by(TILE).flat_map(|y| (0..width).step_by(TILE).map(move |x| [x, y])).collect();
+    let film = Mutex::new(Film::new(options.size));
     let finished = AtomicUsize::new(0);
-    let rendered: Vec<(Vec<[f32; 4]>, RenderStatistics)> = tiles
+    let statistics = tiles
         .par_iter()
         .map(|&[left, top]| {
             let mut statistics = RenderStatistics::default();
-            let rows = top..(top + TILE).min(height);
-            let pixels = rows
-                .flat_map(|y| (left..(left + TILE).min(width)).map(move |x| [x, y]))
+            let columns = left..(left + TILE).min(width);
+            let pixels: Vec<[f32; 4]> = (top..(top + TILE).min(height))
+                .flat_map(|y| columns.clone().map(move |x| [x, y]))
                 .map(|pixel| marcher.pixel(pixel, &mut statistics))
                 .collect();
+            // Held for a copy only: a panic elsewhere leaves no half-written tile that anyone would see.
+            film.lock().unwrap_or_else(PoisonError::into_inner).put_tile([left, top], columns.len(), &pixels);
             progress((finished.fetch_add(1, Ordering::Relaxed) + 1) as f64 / tiles.len() as f64);
-            (pixels, statistics)
+            statistics
         })
-        .collect();
-    let mut film = Film::new(options.size);
-    let mut total = RenderStatistics::default();
-    for (&[left, top], (pixels, statistics)) in tiles.iter().zip(rendered) {
-        film.put_tile([left, top], (left + TILE).min(width) - left, &pixels);
-        total.rays += statistics.rays;
-        total.samples += statistics.samples;
-    }
-    (film, total)
+        .reduce(RenderStatistics::default, |a, b| RenderStatistics {
+            rays: a.rays + b.rays,
+            samples: a.samples + b.samples,
+        });
+    (film.into_inner().unwrap_or_else(PoisonError::into_inner), statistics)
 }
