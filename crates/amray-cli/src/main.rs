@@ -2,7 +2,7 @@
 
 mod appearance;
 mod data;
-//mod demo;
+mod demo;
 mod info;
 mod memory;
 mod number;
@@ -30,8 +30,8 @@ struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    // Make a demo data set and a picture of it
-    //Demo(demo::Arguments),
+    /// Make a demo data set and a picture of it
+    Demo(demo::Arguments),
     /// Levels, bricks, cells, fields and their ranges
     Info(info::Arguments),
     /// One picture of the volume
@@ -62,7 +62,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()?;
     }
     match arguments.command {
-        //Command::Demo(arguments) => demo::run(&arguments),
+        Command::Demo(arguments) => demo::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
         Command::Slice(arguments) => slice::run(&arguments),

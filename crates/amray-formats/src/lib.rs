@@ -4,6 +4,7 @@
 
 mod amrex;
 mod chombo;
+pub mod demo;
 mod error;
 mod hdf5;
 mod open;
@@ -17,7 +18,7 @@ use std::sync::Arc;
 use amray::hierarchy::{Field, Hierarchy, VoxelType};
 
 pub use amrex::AmrexPlotfile;
-pub use chombo::ChomboFile;
+pub use chombo::{ChomboFile, ChomboWriter};
 pub use error::FormatError;
 pub use open::open;
 

@@ -5,6 +5,7 @@
 
 mod geometry;
 mod values;
+mod writer;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,6 +16,7 @@ use amray::hierarchy::{BrickValues, Field, FieldValues, Hierarchy, Voxel, VoxelT
 use crate::hdf5::{H5Type, Hdf5, Hdf5Group};
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
 use values::LevelValues;
+pub use writer::ChomboWriter;
 
 /// What a file must hold to be taken for Chombo's.
 const EXPECTED: &str =
