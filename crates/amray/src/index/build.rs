@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Index, Node, Region, neighbours};
-use crate::hierarchy::{Hierarchy, IndexBox};
+use crate::hierarchy::{Hierarchy, HierarchyWarning, IndexBox};
 
 /// Subtrees with fewer bricks are built by one thread.
 const PARALLEL_BRICKS: usize = 1024;
@@ -26,7 +26,9 @@ impl Index {
         let mut tree = Tree::default();
         builder.grow(&mut tree, domain, bricks, Vec::new());
         let Tree { nodes, regions, bricks } = tree;
-        let mut index = Self { hierarchy, domain, nodes, regions, bricks, has_partly_covered_cells: false };
+        let improper = |warning: &HierarchyWarning| matches!(warning, HierarchyWarning::ImproperNesting { .. });
+        let may_cover_partly = hierarchy.warnings().iter().any(improper);
+        let mut index = Self { hierarchy, domain, nodes, regions, bricks, may_cover_partly };
         neighbours::describe_regions(&mut index);
         index
     }

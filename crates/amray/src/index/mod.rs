@@ -28,8 +28,8 @@ pub struct Index {
     regions: Vec<Region>,
     /// The regions' bricks, one list after the other, each from coarse to fine.
     bricks: Vec<u32>,
-    /// Whether some cell is covered in part: possible only under bricks that lack a parent level.
-    has_partly_covered_cells: bool,
+    /// Whether a cell may be covered in part: possible only under bricks that stick out of the next coarser level.
+    may_cover_partly: bool,
 }
 
 /// A node of the tree; a node's low child follows it directly.

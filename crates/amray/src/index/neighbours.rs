@@ -11,10 +11,9 @@ pub(super) fn describe_regions(index: &mut Index) {
     index.for_each_region(&mut |region, cells| boxes[region] = cells);
     let coarsest = coarsest_levels(index);
     let shared: &Index = index;
-    let (regions, partly_covered): (Vec<Region>, Vec<bool>) =
-        boxes.par_iter().enumerate().map(|(region, cells)| described(shared, &coarsest, region, cells)).unzip();
+    let regions: Vec<Region> =
+        boxes.par_iter().enumerate().map(|(region, cells)| described(shared, &coarsest, region, cells)).collect();
     index.regions = regions;
-    index.has_partly_covered_cells = partly_covered.contains(&true);
 }
 
 /// Per node, the coarsest level that is some region's finest one: how far the regions below can reach.
@@ -38,13 +37,10 @@ struct Neighbour {
     apart: usize,
 }
 
-/// The region with its surroundings, and whether a finer level covers a part of one of its leaf cells.
-fn described(index: &Index, coarsest: &[u8], number: usize, cells: &IndexBox) -> (Region, bool) {
+/// The region with its surroundings.
+fn described(index: &Index, coarsest: &[u8], number: usize, cells: &IndexBox) -> Region {
     let region = &index.regions[number];
-    let Some(level) = region.finest_level() else { return (region.clone(), false) };
-    let size = index.hierarchy.levels()[level].finest_cells();
-    let whole_cells = cells.coarsened(size).refined(size);
-    let mut partly_covered = false;
+    let Some(level) = region.finest_level() else { return region.clone() };
     let brick = index.finest_brick(region, level);
     let (mut coarsest_in_reach, mut finest_in_reach) = (level, level);
     let mut neighbours = Vec::new();
@@ -53,12 +49,12 @@ fn described(index: &Index, coarsest: &[u8], number: usize, cells: &IndexBox) ->
         let Some(other_level) = other.finest_level() else {
             return neighbours.push(neighbour(index, level, cells, &other_cells));
         };
-        if index.finest_brick(other, other_level) == brick {
+        // Cells of the same level are met half a cell inside the brick's own faces.
+        if other_level == level {
             return;
         }
-        partly_covered |= other_level > level && other_cells.intersects(&whole_cells);
         // In reach: nearer than half a cell of the neighbour's level.
-        if touches(&reach(index, other_level, &other_cells), cells) {
+        if other_level < level && touches(&reach(index, other_level, &other_cells), cells) {
             coarsest_in_reach = coarsest_in_reach.min(other_level);
         }
         for finer in (level + 1..=other_level).filter(|&finer| other.has_level(finer)) {
@@ -66,18 +62,15 @@ fn described(index: &Index, coarsest: &[u8], number: usize, cells: &IndexBox) ->
                 finest_in_reach = finest_in_reach.max(finer);
             }
         }
-        if other_level != level {
-            // Whichever cells are larger: a fine neighbour covers cells of this level that a dual cell would touch.
-            neighbours.push(neighbour(index, level.min(other_level), cells, &other_cells));
-        }
+        // Whichever cells are larger: a fine neighbour covers cells of this level that a dual cell would touch.
+        neighbours.push(neighbour(index, level.min(other_level), cells, &other_cells));
     });
-    let described = Region {
+    Region {
         coarsest_in_reach: coarsest_in_reach as u8,
         finest_in_reach: finest_in_reach as u8,
         interior: interior(index, level, brick.map(|(_, brick)| brick), cells, neighbours),
         ..region.clone()
-    };
-    (described, partly_covered)
+    }
 }
 
 /// The region `other` beside `cells`, with the reach of cells of `level`.
@@ -86,14 +79,14 @@ fn neighbour(index: &Index, level: usize, cells: &IndexBox, other: &IndexBox) ->
     Neighbour { reach: reach(index, level, other), apart: apart.count() }
 }
 
-/// `cells` (of the finest level) rounded outward to cells of `level` and grown by half of one, in half cells of the
-/// finest level.
+/// A region's `cells` (of the finest level) grown by half a cell of `level`, in half cells of the finest level.
 fn reach(index: &Index, level: usize, cells: &IndexBox) -> IndexBox {
     let size = index.hierarchy.levels()[level].finest_cells();
-    let whole = cells.coarsened(size).refined(size).refined([2; 3]);
+    // A region's leaf cells fill its box or go on in a region of the same brick, unless one is covered in part.
+    let whole = if index.may_cover_partly { cells.coarsened(size).refined(size) } else { *cells };
     IndexBox {
-        low: std::array::from_fn(|axis| whole.low[axis] - size[axis]),
-        high: std::array::from_fn(|axis| whole.high[axis] + size[axis]),
+        low: std::array::from_fn(|axis| 2 * whole.low[axis] - size[axis]),
+        high: std::array::from_fn(|axis| 2 * whole.high[axis] + size[axis]),
     }
 }
 
@@ -111,13 +104,15 @@ fn for_each_neighbour(
     visit: &mut impl FnMut(usize, IndexBox),
 ) {
     let levels = index.hierarchy.levels();
+    // Half a cell, and where a cell may be covered in part up to one more by which a region falls short of its cells.
+    let halves = if index.may_cover_partly { 3 } else { 1 };
     let mut stack = vec![(0usize, index.domain)];
     while let Some((node, node_cells)) = stack.pop() {
         let size = levels[level.min(usize::from(coarsest[node]))].finest_cells();
-        // Half a cell, and up to one more by which a region's box may fall short of its cells.
+        let margin = size.map(|cells| (halves * cells + 1) / 2);
         let near = IndexBox {
-            low: std::array::from_fn(|axis| node_cells.low[axis] - 2 * size[axis]),
-            high: std::array::from_fn(|axis| node_cells.high[axis] + 2 * size[axis]),
+            low: std::array::from_fn(|axis| node_cells.low[axis] - margin[axis]),
+            high: std::array::from_fn(|axis| node_cells.high[axis] + margin[axis]),
         };
         if !near.intersects(cells) {
             continue;

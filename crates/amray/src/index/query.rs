@@ -131,7 +131,7 @@ impl Index {
         let size = description.finest_cells();
         let logical: [i64; 3] = std::array::from_fn(|axis| cell[axis].div_euclid(size[axis]));
         let mut covered = found < finest;
-        if covered && self.has_partly_covered_cells {
+        if covered && self.may_cover_partly {
             covered = self.is_wholly_covered(found, logical);
         }
         let cell = std::array::from_fn(|axis| (logical[axis] - low[axis]) as usize);
