@@ -47,12 +47,12 @@ pub(crate) fn color(text: &str) -> Result<[f32; 4], String> {
 
 /// `1024x768`, or `1024` for a square picture.
 pub(crate) fn size(text: &str) -> Result<[usize; 2], String> {
-    /// A film of this side takes 16 GB; anything larger is a slip.
-    const LONGEST: usize = 32_768;
+    /// A square film of this side takes 4 GB of memory; anything with more pixels is a slip.
+    const LONGEST: usize = 16_384;
     let (width, height) = text.split_once('x').unwrap_or((text, text));
     let side = |word: &str| match word.trim().parse::<usize>() {
         Ok(pixels) if (1..=LONGEST).contains(&pixels) => Ok(pixels),
-        _ => Err(format!("expected WIDTHxHEIGHT, each from 1 to {LONGEST} pixels")),
+        _ => Err(format!("expected WIDTHxHEIGHT or one number for both, each from 1 to {LONGEST} pixels")),
     };
     Ok([side(width)?, side(height)?])
 }

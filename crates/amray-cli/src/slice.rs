@@ -30,7 +30,7 @@ pub(crate) struct Arguments {
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Pixels of the slice's longer side; the pixels are square
-    #[arg(long, value_name = "PIXELS", default_value = "1024", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "PIXELS", default_value = "1024", value_parser = clap::value_parser!(u16).range(1..=16_384))]
     size: u16,
     #[command(flatten)]
     appearance: AppearanceArguments,
