@@ -1,10 +1,10 @@
 //! A volume: one field over its index, with a reconstruction. What everything that looks at data starts from.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
-use crate::hierarchy::{Field, Hierarchy, IndexBox, with_voxels};
+use crate::hierarchy::{Field, Hierarchy, IndexBox, Voxel, with_voxels};
 use crate::index::{Index, ValueRanges};
 use crate::reconstruction::{Method, Sampler};
 
@@ -13,7 +13,8 @@ use crate::reconstruction::{Method, Sampler};
 pub struct Volume {
     index: Arc<Index>,
     field: Field,
-    ranges: ValueRanges,
+    /// Made when first asked for: samples and statistics do without.
+    ranges: OnceLock<ValueRanges>,
     method: Method,
 }
 
@@ -29,10 +30,13 @@ pub struct LeafCell {
 }
 
 impl Volume {
-    /// The volume of `field`, which must belong to the index's hierarchy.
+    /// The volume of `field`.
+    ///
+    /// # Panics
+    /// Where the field belongs to another hierarchy with a different number of bricks.
     pub fn new(index: Arc<Index>, field: Field, method: Method) -> Self {
-        let ranges = ValueRanges::build(&index, &field);
-        Self { index, field, ranges, method }
+        assert_eq!(field.brick_count(), index.hierarchy().brick_count(), "bricks of the field and of the index");
+        Self { index, field, ranges: OnceLock::new(), method }
     }
 
     /// The spatial index.
@@ -50,9 +54,9 @@ impl Volume {
         &self.field
     }
 
-    /// What values the samples in each region can take.
+    /// What values the samples in each region can take. The first call looks at every value.
     pub fn ranges(&self) -> &ValueRanges {
-        &self.ranges
+        self.ranges.get_or_init(|| ValueRanges::build(&self.index, &self.field))
     }
 
     /// The reconstruction.
@@ -78,14 +82,14 @@ impl Volume {
     ) -> A {
         // Regions per partial result.
         const CHUNK: usize = 256;
-        let mut regions = Vec::with_capacity(self.index.regions().len());
-        self.index.for_each_region(&mut |region, cells| regions.push((region, cells)));
-        let partial: Vec<A> = regions
+        let boxes = self.index.region_boxes();
+        let partial: Vec<A> = boxes
             .par_chunks(CHUNK)
-            .map(|regions| {
+            .enumerate()
+            .map(|(chunk, boxes)| {
                 let mut result = start();
-                for (region, cells) in regions {
-                    self.for_each_leaf_cell(*region, cells, &mut |cell| fold(&mut result, cell));
+                for (place, cells) in boxes.iter().enumerate() {
+                    self.for_each_leaf_cell(chunk * CHUNK + place, cells, &mut |cell| fold(&mut result, cell));
                 }
                 result
             })
@@ -108,18 +112,16 @@ impl Volume {
     }
 
     fn for_each_leaf_cell(&self, region: usize, cells: &IndexBox, visit: &mut impl FnMut(LeafCell)) {
-        let region = &self.index.regions()[region];
-        let Some(level) = region.finest_level() else { return };
+        let Some(level) = self.index.regions()[region].finest_level() else { return };
         let description = &self.hierarchy().levels()[level];
         let volume = description.cell_size().iter().product();
-        let Some((_, place)) = self.index.finest_brick(region, level) else { return };
-        let low = description.bricks()[place - description.first_brick()].low;
-        let owned = cells.cells_starting_inside(description.finest_cells());
+        let Some((_, place)) = self.index.finest_brick(&self.index.regions()[region], level) else { return };
+        let low = description.brick_at(place).low;
         let inside = |corner: [i64; 3]| std::array::from_fn(|axis| (corner[axis] - low[axis]) as usize);
-        with_voxels!(self.field.values(), bricks => {
-            bricks[place].for_each(inside(owned.low), inside(owned.high), |value| {
-                visit(LeafCell { value: crate::hierarchy::Voxel::to_f64(value), level, volume });
+        with_voxels!(self.field.values(), bricks => self.index.for_each_leaf_box(region, cells, &mut |leaves| {
+            bricks[place].for_each(inside(leaves.low), inside(leaves.high), |value| {
+                visit(LeafCell { value: value.to_f64(), level, volume });
             });
-        });
+        }));
     }
 }

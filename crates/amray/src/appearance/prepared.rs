@@ -26,7 +26,7 @@ pub struct Sample {
     /// Display colour, not multiplied by any opacity.
     pub color: [f32; 3],
     /// Extinction per world length; infinite where the opacity is 1.
-    pub extinction: f32,
+    pub extinction: f64,
 }
 
 impl Sample {
@@ -35,8 +35,9 @@ impl Sample {
 
     /// The opacity of a path of `length`: 0 for no length, even where the extinction is infinite.
     #[inline]
-    pub fn alpha(&self, length: f32) -> f32 {
-        if length > 0.0 { -(-self.extinction * length).exp_m1() } else { 0.0 }
+    pub fn alpha(&self, length: f64) -> f32 {
+        // World lengths can lie far outside the range of single precision; the optical depth decides.
+        if length > 0.0 { -((-self.extinction * length) as f32).exp_m1() } else { 0.0 }
     }
 }
 
@@ -62,7 +63,7 @@ impl PreparedTransferFunction {
     }
 
     /// The largest extinction of the values from `low` to `high`, both included; 0 where there are none.
-    pub fn max_extinction(&self, low: f64, high: f64) -> f32 {
+    pub fn max_extinction(&self, low: f64, high: f64) -> f64 {
         if low <= high {
             self.extinction(self.opacity.max(self.scale.position(low), self.scale.position(high)))
         } else {
@@ -71,12 +72,11 @@ impl PreparedTransferFunction {
     }
 
     #[inline]
-    fn extinction(&self, opacity: f64) -> f32 {
-        let extinction = match self.quantity {
+    fn extinction(&self, opacity: f64) -> f64 {
+        match self.quantity {
             Quantity::OpacityOf(distance) => -(-opacity).ln_1p() / distance,
             Quantity::Extinction => opacity,
-        };
-        extinction as f32
+        }
     }
 }
 
@@ -138,11 +138,11 @@ mod tests {
         assert!((half.alpha(0.2) - 0.75).abs() < 1e-6);
         assert_eq!(half.alpha(0.0), 0.0);
         let opaque = function.sample(1.0);
-        assert_eq!(opaque.extinction, f32::INFINITY);
+        assert_eq!(opaque.extinction, f64::INFINITY);
         assert_eq!([0.0, 1e-30, 1.0].map(|length| opaque.alpha(length)), [0.0, 1.0, 1.0]);
         let clear = function.sample(0.0);
         assert!(clear.extinction == 0.0 && clear.extinction.is_sign_positive());
-        assert_eq!(function.max_extinction(0.0, 1.0), f32::INFINITY);
+        assert_eq!(function.max_extinction(0.0, 1.0), f64::INFINITY);
     }
 
     #[test]
@@ -181,7 +181,7 @@ mod tests {
             let sides = opacities.iter().flat_map(|&(value, _)| [value * (1.0 - 1e-12), value]);
             let inside = sides.filter(|value| (low..=high).contains(value));
             let samples = dense.chain([high]).chain(inside).map(|value| function.sample(value).extinction);
-            let largest = samples.fold(0.0, f32::max);
+            let largest = samples.fold(0.0, f64::max);
             prop_assert!(largest <= bound, "{largest} exceeds {bound}");
             let [reached, bound] = [largest, bound].map(|extinction| Sample { extinction, ..Sample::TRANSPARENT }.alpha(0.3));
             prop_assert!(bound - reached <= 1e-5, "{bound} is never reached: {reached}");

@@ -10,15 +10,15 @@ pub enum HierarchyError {
     /// Nothing to show.
     #[error("no level holds any brick")]
     Empty,
-    /// More levels or bricks than the index can number.
+    /// More levels, bricks or cells than the index can number.
     #[error("{count} {what}, expected at most {limit}")]
     TooMany {
-        /// Levels or bricks.
+        /// Levels, bricks or cells.
         what: &'static str,
         /// How many there are.
-        count: usize,
+        count: u64,
         /// How many there may be.
-        limit: usize,
+        limit: u64,
     },
     /// An origin or a cell size that is no usable number.
     #[error("level {level}: {what} is {found:?}, expected {expected}")]
@@ -63,7 +63,10 @@ pub enum HierarchyError {
         expected: String,
     },
     /// Cell indices that leave the range in which positions are exact.
-    #[error("level {level}: domain {domain} is too large in cells of the finest level, expected indices within 2^51")]
+    #[error(
+        "level {level}: domain {domain} is too large, or too far from the origin, in cells of the finest level: \
+         expected indices within 2^51"
+    )]
     Overflow {
         /// The level.
         level: usize,

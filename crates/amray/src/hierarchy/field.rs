@@ -112,6 +112,11 @@ impl Field {
         &self.values
     }
 
+    /// The number of bricks with values.
+    pub fn brick_count(&self) -> usize {
+        with_voxels!(&self.values, bricks => bricks.len())
+    }
+
     /// The number type.
     pub fn voxel_type(&self) -> VoxelType {
         match self.values {

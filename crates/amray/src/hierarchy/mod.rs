@@ -137,9 +137,10 @@ impl Hierarchy {
         std::array::from_fn(|axis| self.origin[axis] + cells[axis] * cell_size[axis])
     }
 
-    /// The hierarchy as if levels finer than `finest` did not exist (all of it where there are none).
+    /// The hierarchy as if levels finer than `finest` did not exist (all of it where there are none). It has no brick
+    /// where only finer levels have some.
     pub fn truncated(&self, finest: usize) -> Self {
-        let count = self.levels.len().min(finest + 1);
+        let count = self.levels.len().min(finest.saturating_add(1));
         let mut levels = self.levels[..count].to_vec();
         let excess = levels[count - 1].finest_cells;
         for level in &mut levels {
@@ -174,6 +175,15 @@ impl Level {
     /// How many bricks the coarser levels hold: the place of this level's first brick in [`Hierarchy::bricks`].
     pub fn first_brick(&self) -> usize {
         self.first_brick
+    }
+
+    /// The box of the brick that [`Hierarchy::bricks`] counts as `place`.
+    ///
+    /// # Panics
+    /// Where it is a brick of another level.
+    #[inline]
+    pub fn brick_at(&self, place: usize) -> IndexBox {
+        self.bricks[place - self.first_brick]
     }
 
     /// Cells of the hierarchy's finest level per cell of this one, per axis.

@@ -6,10 +6,11 @@ use super::values::{BrickValues, Voxel};
 use super::{Field, Hierarchy, IndexBox};
 
 impl Field {
-    /// The field with every covered cell holding the mean of the finer cells that cover it, finest levels first.
+    /// The field with every cell that the next finer level covers holding the mean of that level's cells, finest levels
+    /// first.
     ///
     /// Codes do not always average down what they write (Weyl4 of GRChombo is an example). Only bricks with covered
-    /// cells are copied; the others keep their memory. A mean that no finite value supports stays non-finite.
+    /// cells are copied; the others keep their memory. A non-finite fine cell makes the mean non-finite.
     pub fn restricted(&self, hierarchy: &Hierarchy) -> Self {
         let values: FieldValues = with_voxels!(self.values(), bricks => restricted(bricks, hierarchy).into());
         Field::new(self.name(), values, hierarchy).expect("restriction keeps every brick's shape")

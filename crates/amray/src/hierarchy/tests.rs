@@ -63,6 +63,11 @@ fn errors_name_level_brick_and_expectation() {
     assert!(error(|levels| levels[0].domain.high[0] = i64::MAX / 2).contains("expected ((0,0,0)"));
     assert!(error(|levels| levels[0].domain.high[0] = i64::MAX).contains("too large"));
     assert!(Hierarchy::new([f64::INFINITY, 0.0, 0.0], two_levels()).is_err());
+    let far = Hierarchy::new([1e20, 0.0, 0.0], two_levels()).unwrap_err().to_string();
+    assert!(far.contains("too far from the origin"), "{far}");
+    let giant = IndexBox::new([0; 3], [1 << 21; 3]);
+    let giants = error(|levels| levels.iter_mut().for_each(|level| level.bricks = vec![giant]));
+    assert!(giants.ends_with("cells, expected at most 1152921504606846976"), "{giants}");
 }
 
 #[test]

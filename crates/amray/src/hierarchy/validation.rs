@@ -10,6 +10,8 @@ const MAX_LEVELS: usize = 64;
 const MAX_BRICKS: usize = u32::MAX as usize;
 /// Half cells of the finest level must be exact in f64.
 const MAX_INDEX: u64 = 1 << 51;
+/// Counts of cells, and of their bytes, stay within 64 bits.
+const MAX_CELLS: u64 = 1 << 60;
 /// Files may hold cell sizes in single precision.
 const CELL_SIZE_TOLERANCE: f64 = 1e-4;
 
@@ -30,7 +32,14 @@ fn check_counts(levels: &[LevelDescription]) -> Result<(), HierarchyError> {
     if bricks == 0 {
         return Err(HierarchyError::Empty);
     }
-    for (what, count, limit) in [("levels", levels.len(), MAX_LEVELS), ("bricks", bricks, MAX_BRICKS)] {
+    let cells =
+        levels.iter().flat_map(|level| &level.bricks).fold(0, |sum: u64, brick| sum.saturating_add(brick.cells()));
+    let counts = [
+        ("levels", levels.len() as u64, MAX_LEVELS as u64),
+        ("bricks", bricks as u64, MAX_BRICKS as u64),
+        ("cells", cells, MAX_CELLS),
+    ];
+    for (what, count, limit) in counts {
         if count > limit {
             return Err(HierarchyError::TooMany { what, count, limit });
         }
@@ -94,8 +103,9 @@ fn check_range(origin: [f64; 3], levels: &[LevelDescription]) -> Result<(), Hier
     for axis in 0..3 {
         let IndexBox { low, high } = finest.domain;
         let farthest = low[axis].unsigned_abs().max(high[axis].unsigned_abs());
-        let reach = origin[axis].abs() + farthest as f64 * finest.cell_size[axis];
-        if farthest > MAX_INDEX || !reach.is_finite() {
+        let origin = (origin[axis] / finest.cell_size[axis]).abs();
+        let reach = farthest as f64 * finest.cell_size[axis];
+        if farthest > MAX_INDEX || origin > MAX_INDEX as f64 || !reach.is_finite() {
             return Err(HierarchyError::Overflow { level: levels.len() - 1, domain: finest.domain });
         }
     }

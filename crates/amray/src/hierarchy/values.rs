@@ -11,8 +11,6 @@ use thiserror::Error;
 
 /// A number type that a cell can hold.
 pub trait Voxel: Copy + Send + Sync + fmt::Debug + sealed::AnyBitPattern + 'static {
-    /// The type as a value.
-    const TYPE: VoxelType;
     /// The value as f64, exactly.
     fn to_f64(self) -> f64;
     /// The value nearest to `value`.
@@ -46,7 +44,6 @@ impl VoxelType {
 }
 
 impl Voxel for f32 {
-    const TYPE: VoxelType = VoxelType::F32;
     fn to_f64(self) -> f64 {
         f64::from(self)
     }
@@ -56,7 +53,6 @@ impl Voxel for f32 {
 }
 
 impl Voxel for f64 {
-    const TYPE: VoxelType = VoxelType::F64;
     fn to_f64(self) -> f64 {
         self
     }
@@ -191,11 +187,6 @@ impl<T: Voxel> BrickValues<T> {
         self.size
     }
 
-    /// Distance between neighbouring cells per axis, in values.
-    pub fn stride(&self) -> [usize; 3] {
-        self.stride
-    }
-
     /// Where the values live.
     pub fn residence(&self) -> Residence {
         self.buffer.residence
@@ -223,7 +214,7 @@ impl<T: Voxel> BrickValues<T> {
     #[inline]
     pub fn corners(&self, cell: [usize; 3]) -> [T; 8] {
         assert!(
-            cell[0] + 1 < self.size[0] && cell[1] + 1 < self.size[1] && cell[2] + 1 < self.size[2],
+            (0..3).all(|axis| cell[axis] < self.size[axis].saturating_sub(1)),
             "the dual cell at {cell:?} reaches outside a brick of {:?} cells",
             self.size
         );
@@ -286,6 +277,12 @@ mod tests {
         let mut seen = Vec::new();
         brick.for_each([1, 0, 0], [2, 2, 1], |value| seen.push(value));
         assert_eq!(seen, [22.0, 26.0]);
+    }
+
+    #[test]
+    #[should_panic(expected = "reaches outside")]
+    fn a_dual_cell_past_every_number_is_outside() {
+        BrickValues::owned(vec![0f32; 8], [2; 3]).unwrap().corners([usize::MAX, 0, 0]);
     }
 
     #[test]

@@ -5,6 +5,7 @@
 //! integer cell indices of the finest level.
 
 mod build;
+mod leaf_cells;
 mod neighbours;
 mod query;
 mod ranges;
@@ -82,7 +83,8 @@ impl Region {
 
     /// The low and high corner, in cells of the finest level, of a box inside the region in which the eight corners
     /// of the leaf level's dual cell all lie in the region's finest brick and no cell of another brick is in reach:
-    /// every reconstruction is trilinear there. `high < low` where there is no such box.
+    /// every reconstruction is trilinear there, but `nearest`, and `finest` where finer levels exist elsewhere.
+    /// `high < low` where there is no such box.
     pub fn interior(&self) -> [[f64; 3]; 2] {
         self.interior
     }
@@ -111,12 +113,6 @@ impl Index {
         &self.regions
     }
 
-    /// The bricks that cover `region`, as (level, place in [`Hierarchy::bricks`]), coarse to fine.
-    pub fn bricks_of<'a>(&'a self, region: &'a Region) -> impl Iterator<Item = (usize, usize)> + 'a {
-        let levels = (0..64).filter(|&level| region.has_level(level));
-        levels.zip(self.bricks[region.first_brick as usize..].iter().map(|&brick| brick as usize))
-    }
-
     /// The finest brick of `region` on `level` or a coarser one, as (level, place in [`Hierarchy::bricks`]).
     #[inline]
     pub fn finest_brick(&self, region: &Region, level: usize) -> Option<(usize, usize)> {
@@ -132,18 +128,11 @@ impl Index {
         (size_of_val(&*self.nodes) + size_of_val(&*self.regions) + size_of_val(&*self.bricks)) as u64
     }
 
-    /// The number of leaf cells on each level.
-    pub fn leaf_cells(&self) -> Vec<u64> {
-        let mut finest_cells = vec![0u128; self.hierarchy.levels().len()];
-        self.for_each_region(&mut |region, cells| {
-            if let Some(level) = self.regions[region].finest_level() {
-                finest_cells[level] += u128::from(cells.cells());
-            }
-        });
-        let volume =
-            |level: usize| self.hierarchy.levels()[level].finest_cells().map(|n| n as u128).iter().product::<u128>();
-        // Regions may cut a cell, but their pieces add up to whole cells.
-        finest_cells.iter().enumerate().map(|(level, cells)| (cells / volume(level)) as u64).collect()
+    /// The regions' boxes, in cells of the finest level.
+    pub fn region_boxes(&self) -> Vec<IndexBox> {
+        let mut boxes = vec![self.domain; self.regions.len()];
+        self.for_each_region(&mut |region, cells| boxes[region] = cells);
+        boxes
     }
 
     /// Calls `visit` with every region's number and box (in cells of the finest level).

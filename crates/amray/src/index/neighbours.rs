@@ -7,8 +7,7 @@ use crate::hierarchy::IndexBox;
 
 /// Fills in what depends on neighbouring regions: levels in reach and interior.
 pub(super) fn describe_regions(index: &mut Index) {
-    let mut boxes = vec![index.domain; index.regions.len()];
-    index.for_each_region(&mut |region, cells| boxes[region] = cells);
+    let boxes = index.region_boxes();
     let coarsest = coarsest_levels(index);
     let shared: &Index = index;
     let regions: Vec<Region> =
@@ -142,7 +141,7 @@ fn interior(
     let Some(brick) = brick else { return Region::EMPTY.interior };
     let description = &index.hierarchy.levels()[level];
     let size = description.finest_cells();
-    let brick = description.bricks()[brick - description.first_brick()].refined(size).refined([2; 3]);
+    let brick = description.brick_at(brick).refined(size).refined([2; 3]);
     let inside = IndexBox {
         low: std::array::from_fn(|axis| brick.low[axis] + size[axis]),
         high: std::array::from_fn(|axis| brick.high[axis] - size[axis]),
@@ -170,5 +169,7 @@ fn without(interior: &IndexBox, taken: &IndexBox) -> IndexBox {
         above.low[axis] = taken.high[axis].max(interior.low[axis]);
         [below, above]
     });
-    sides.max_by_key(IndexBox::cells).unwrap_or(*interior)
+    // As floats: the boxes may hold more cells than an integer can count.
+    let volume = |cells: &IndexBox| cells.size().iter().map(|&side| side.max(0) as f64).product::<f64>();
+    sides.max_by(|a, b| volume(a).total_cmp(&volume(b))).unwrap_or(*interior)
 }

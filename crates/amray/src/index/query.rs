@@ -127,7 +127,7 @@ impl Index {
         let finest = region.finest_level()?;
         let (found, brick) = self.finest_brick(region, level.min(finest))?;
         let description = &self.hierarchy.levels()[found];
-        let low = description.bricks()[brick - description.first_brick()].low;
+        let low = description.brick_at(brick).low;
         let size = description.finest_cells();
         let logical: [i64; 3] = std::array::from_fn(|axis| cell[axis].div_euclid(size[axis]));
         let mut covered = found < finest;

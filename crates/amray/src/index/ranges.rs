@@ -18,9 +18,8 @@ const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 impl ValueRanges {
     /// The ranges of `field`, which must belong to the index's hierarchy.
     pub fn build(index: &Index, field: &Field) -> Self {
-        let mut boxes = vec![index.domain; index.regions.len()];
-        index.for_each_region(&mut |region, cells| boxes[region] = cells);
-        let regions: Vec<[f32; 2]> = with_voxels!(field.values(), bricks => boxes
+        let regions: Vec<[f32; 2]> = with_voxels!(field.values(), bricks => index
+            .region_boxes()
             .par_iter()
             .enumerate()
             .map(|(region, cells)| outward(region_range(index, bricks, region, cells)))
@@ -105,7 +104,7 @@ fn widen<T: Voxel>(
     piece: &IndexBox,
 ) {
     let description = &index.hierarchy.levels()[level];
-    let low = description.bricks()[brick - description.first_brick()].low;
+    let low = description.brick_at(brick).low;
     let inside = |corner: [i64; 3]| std::array::from_fn(|axis| (corner[axis] - low[axis]) as usize);
     bricks[brick].for_each(inside(piece.low), inside(piece.high), |value| {
         let value = value.to_f64();

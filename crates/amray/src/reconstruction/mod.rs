@@ -28,7 +28,8 @@ pub struct Sampler<'a, T> {
 }
 
 impl<'a, T: Voxel> Sampler<'a, T> {
-    /// A sampler of the values in `bricks`, one for each brick of the index's hierarchy.
+    /// A sampler of the values in `bricks`, one for each brick of the index's hierarchy; sampling panics where one is
+    /// missing.
     pub fn new(index: &'a Index, bricks: &'a [BrickValues<T>], method: Method) -> Self {
         Self { index, bricks, method }
     }
@@ -45,14 +46,15 @@ impl<'a, T: Voxel> Sampler<'a, T> {
         self.sample(hierarchy.to_cells(hierarchy.finest_level(), point))
     }
 
-    /// The value at a point of the domain; one outside is moved to the boundary.
+    /// The value at a point of the domain, in cells of the finest level; one outside is moved to the boundary.
     pub fn sample(&self, point: [f64; 3]) -> f64 {
         let domain = self.index.domain();
         let point = std::array::from_fn(|axis| point[axis].clamp(domain.low[axis] as f64, domain.high[axis] as f64));
         self.sample_in(self.index.find_region(self.cell_of(point)), point)
     }
 
-    /// The value at a point that lies in `region`.
+    /// The value at a point, in cells of the finest level, that lies in `region` (its place in [`Index::regions`]); NaN
+    /// in a hole.
     #[inline]
     pub fn sample_in(&self, region: usize, point: [f64; 3]) -> f64 {
         let region = &self.index.regions()[region];
@@ -94,7 +96,7 @@ impl<'a, T: Voxel> Sampler<'a, T> {
     fn trilinear(&self, region: &Region, level: usize, point: [f64; 3]) -> f64 {
         let Some((_, place)) = self.index.finest_brick(region, level) else { return f64::NAN };
         let description = &self.index.hierarchy().levels()[level];
-        let low = description.bricks()[place - description.first_brick()].low;
+        let low = description.brick_at(place).low;
         let brick = &self.bricks[place];
         let mut base = [0; 3];
         let mut fraction = [0.0; 3];

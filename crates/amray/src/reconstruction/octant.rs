@@ -15,7 +15,7 @@ impl<T: Voxel> Sampler<'_, T> {
     fn in_octant(&self, leaf: &Found, point: [f64; 3]) -> f64 {
         let description = self.level(leaf.level);
         let size = description.finest_cells();
-        let low = description.bricks()[leaf.brick - description.first_brick()].low;
+        let low = description.brick_at(leaf.brick).low;
         // Corners are in half cells of the finest level: [centre, outside] per axis.
         let mut corners = [[0i64; 2]; 3];
         let mut weights = [[0.0; 2]; 3];

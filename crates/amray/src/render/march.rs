@@ -19,6 +19,8 @@ pub(super) struct Marcher<'a, T> {
     visible: Vec<bool>,
     camera: Camera,
     options: RenderOptions,
+    /// What the seed becomes: from 0 to 1, and 0 for seed 0.
+    phase: f64,
 }
 
 /// What a ray has collected so far.
@@ -53,6 +55,8 @@ impl<'a, T: Voxel> Marcher<'a, T> {
             visible,
             camera: scene.camera,
             options: *options,
+            // Neighbouring seeds land far apart; the golden ratio is left to a pixel's rays.
+            phase: (options.seed % (1 << 32)) as f64 * std::f64::consts::SQRT_2 % 1.0,
         }
     }
 
@@ -61,9 +65,9 @@ impl<'a, T: Voxel> Marcher<'a, T> {
         let count = self.options.samples_per_pixel;
         let mut sum = [0.0f32; 4];
         for number in 0..count {
-            let place = place_in_pixel(number, count);
+            let place = place_in_pixel(number, count, self.phase);
             let position = std::array::from_fn(|axis| pixel[axis] as f64 + place[axis]);
-            let shift = lattice_shift(pixel, self.options.seed.wrapping_add(number as u64));
+            let shift = lattice_shift(pixel, self.phase + number as f64 * GOLDEN);
             let color = self.trace(&self.camera.ray(self.options.size, position), shift, statistics);
             sum = std::array::from_fn(|channel| sum[channel] + color[channel]);
         }
@@ -98,21 +102,28 @@ impl<'a, T: Voxel> Marcher<'a, T> {
                 run = level.map(|level| Run { level, step: self.step(ray, level), from: span.enter });
             }
             let Some(Run { step, from, .. }) = &mut run else { continue };
-            let lattice = |number: f64| offset + number * *step;
-            if !self.visible[span.region] {
-                // Intervals that end in an invisible region need no look; one that leaves it may.
-                *from = from.max(lattice(((span.leave - offset) / *step).floor()));
-                continue;
-            }
-            let mut number = ((*from - offset) / *step).floor() + 1.0;
-            while lattice(number) <= span.leave {
-                let to = lattice(number);
-                self.add_sample(&mut light, &cells, [*from, to], Some(&span), statistics);
-                if light.transmittance < OPAQUE {
-                    return light.finished();
+            let lattice = Lattice { offset, step: *step };
+            if self.visible[span.region] {
+                let mut to = lattice.after(*from);
+                while to <= span.leave {
+                    self.add_sample(&mut light, &cells, [*from, to], Some(&span), statistics);
+                    if light.transmittance < OPAQUE {
+                        return light.finished();
+                    }
+                    *from = to;
+                    to = lattice.after(to);
                 }
-                *from = to;
-                number += 1.0;
+            } else {
+                // An interval that begins in a visible region may have its middle there.
+                let to = lattice.after(*from);
+                if *from < span.enter && to <= span.leave {
+                    self.add_sample(&mut light, &cells, [*from, to], None, statistics);
+                    *from = to;
+                }
+                // Those that begin and end here need no look.
+                if *from >= span.enter {
+                    *from = from.max(lattice.last_up_to(span.leave));
+                }
             }
         }
         if let Some(ended) = run {
@@ -142,7 +153,7 @@ impl<'a, T: Voxel> Marcher<'a, T> {
             _ => self.sampler.sample(point),
         };
         let sample = self.transfer_function.sample(value);
-        let alpha = sample.alpha((to - from) as f32);
+        let alpha = sample.alpha(to - from);
         for (sum, channel) in light.color.iter_mut().zip(sample.color) {
             *sum += light.transmittance * alpha * channel;
         }
@@ -167,6 +178,29 @@ impl<'a, T: Voxel> Marcher<'a, T> {
     }
 }
 
+/// The ends of the sample intervals of one step along a ray.
+struct Lattice {
+    offset: f64,
+    step: f64,
+}
+
+impl Lattice {
+    /// The first end beyond `place`; infinite where steps are too small for the numbers.
+    fn after(&self, place: f64) -> f64 {
+        let number = ((place - self.offset) / self.step).floor() + 1.0;
+        [number, number + 1.0]
+            .into_iter()
+            .map(|number| self.offset + number * self.step)
+            .find(|end| *end > place)
+            .unwrap_or(f64::INFINITY)
+    }
+
+    /// The last end that is not beyond `place`.
+    fn last_up_to(&self, place: f64) -> f64 {
+        self.offset + ((place - self.offset) / self.step).floor() * self.step
+    }
+}
+
 impl Light {
     fn finished(&self) -> [f32; 4] {
         let [red, green, blue] = self.color;
@@ -174,22 +208,24 @@ impl Light {
     }
 }
 
-/// Where the ray `number` of `count` passes a pixel: the centre, or points that cover it evenly (the R2 sequence of
-/// Roberts, 2018, built on the plastic number).
-fn place_in_pixel(number: usize, count: usize) -> [f64; 2] {
+/// Steps of this length cover a unit interval evenly.
+const GOLDEN: f64 = 0.618_033_988_749_894_8;
+
+/// Where the ray `number` of `count` passes a pixel: the centre, or points that cover it evenly from `phase` on (the R2
+/// sequence of Roberts, 2018, built on the plastic number).
+fn place_in_pixel(number: usize, count: usize, phase: f64) -> [f64; 2] {
     if count == 1 {
         return [0.5, 0.5];
     }
     const PLASTIC: f64 = 1.324_717_957_244_746;
-    [1.0 / PLASTIC, 1.0 / (PLASTIC * PLASTIC)].map(|step| (0.5 + number as f64 * step).fract())
+    [1.0 / PLASTIC, 1.0 / (PLASTIC * PLASTIC)].map(|step| (0.5 + phase + number as f64 * step).fract())
 }
 
 /// By how much of a step a pixel's lattice is shifted: neighbours differ as much as they can, so that what banding
 /// there is becomes fine noise (interleaved gradient noise, Jimenez 2014).
-fn lattice_shift([x, y]: [usize; 2], seed: u64) -> f64 {
-    const GOLDEN: f64 = 0.618_033_988_749_894_8;
+fn lattice_shift([x, y]: [usize; 2], phase: f64) -> f64 {
     let gradient = (0.067_110_56 * x as f64 + 0.005_837_15 * y as f64).fract();
-    ((52.982_918_9 * gradient).fract() + (seed % (1 << 20)) as f64 * GOLDEN).fract()
+    ((52.982_918_9 * gradient).fract() + phase).fract()
 }
 
 #[cfg(test)]
@@ -204,7 +240,7 @@ mod tests {
     use crate::scene::Viewpoint;
 
     /// Two levels of small bricks.
-    fn volume() -> Volume {
+    fn volume(method: Method) -> Volume {
         let part = |low: i64, high: i64| IndexBox::new([low; 3], [high; 3]);
         let split = |cells: IndexBox| {
             cells.coarsened([4; 3]).iter().map(|corner| IndexBox::new(corner, corner.map(|i| i + 1)).refined([4; 3]))
@@ -222,32 +258,53 @@ mod tests {
             let [x, y, z] = [i, j, k].map(|index| index as f64 / (16 << level) as f64);
             (x * x + y * y + z * z).sqrt()
         });
-        Volume::new(Arc::new(Index::build(hierarchy)), field, Method::Basis)
+        Volume::new(Arc::new(Index::build(hierarchy)), field, method)
+    }
+
+    /// A shell of the distance that `volume` holds.
+    fn shell(volume: &Volume) -> Scene<'_> {
+        let peak = |value, opacity| OpacityPoint { value, opacity };
+        let opacity = Opacity::Extinction(vec![peak(0.6, 0.0), peak(0.65, 90.0), peak(0.7, 0.0)]);
+        let colors = vec![ColorPoint { value: 0.0, color: [1.0, 0.5, 0.2] }];
+        Scene {
+            volume,
+            transfer_function: TransferFunction::new(Scale::Linear, colors, opacity).unwrap(),
+            unit_distance: 0.01,
+            camera: Camera::new(Viewpoint::framing([[0.0; 3], [1.0; 3]], 30.0, 1.0)).unwrap(),
+        }
     }
 
     #[test]
     fn skipping_what_is_invisible_changes_nothing() {
-        let volume = volume();
-        let FieldValues::F64(bricks) = volume.field().values() else { unreachable!("the field was made of f64") };
-        let peak = |value, opacity| OpacityPoint { value, opacity };
-        let opacity = Opacity::Extinction(vec![peak(0.6, 0.0), peak(0.65, 90.0), peak(0.7, 0.0)]);
-        let colors = vec![ColorPoint { value: 0.0, color: [1.0, 0.5, 0.2] }];
-        let scene = Scene {
-            volume: &volume,
-            transfer_function: TransferFunction::new(Scale::Linear, colors, opacity).unwrap(),
-            unit_distance: 0.01,
-            camera: Camera::new(Viewpoint::framing([[0.0; 3], [1.0; 3]], 30.0, 1.0)).unwrap(),
-        };
-        let options = RenderOptions { size: [40, 40], ..RenderOptions::default() };
-        let skipping = Marcher::new(&scene, bricks, &options);
-        let skipped = skipping.visible.iter().filter(|visible| !**visible).count();
-        assert!(skipped > skipping.visible.len() / 4, "{skipped} of {} regions", skipping.visible.len());
-        let thorough =
-            Marcher { visible: vec![true; skipping.visible.len()], ..Marcher::new(&scene, bricks, &options) };
-        let [mut few, mut many] = [RenderStatistics::default(); 2];
-        for pixel in (0..1600).map(|number| [number % 40, number / 40]) {
-            assert_eq!(skipping.pixel(pixel, &mut few), thorough.pixel(pixel, &mut many), "{pixel:?}");
+        for (method, samples_per_cell) in Method::ALL.into_iter().flat_map(|m| [0.2, 1.0, 3.0].map(|rate| (m, rate))) {
+            let volume = volume(method);
+            let FieldValues::F64(bricks) = volume.field().values() else { unreachable!("the field was made of f64") };
+            let scene = shell(&volume);
+            let options = RenderOptions { size: [40, 40], samples_per_cell, ..RenderOptions::default() };
+            let skipping = Marcher::new(&scene, bricks, &options);
+            let skipped = skipping.visible.iter().filter(|visible| !**visible).count();
+            assert!(skipped > skipping.visible.len() / 4, "{skipped} of {} regions", skipping.visible.len());
+            let mut thorough = Marcher::new(&scene, bricks, &options);
+            thorough.visible.fill(true);
+            let [mut few, mut many] = [RenderStatistics::default(); 2];
+            for pixel in (0..1600).map(|number| [number % 40, number / 40]) {
+                let [with, without] = [skipping.pixel(pixel, &mut few), thorough.pixel(pixel, &mut many)];
+                let same = with.iter().zip(without).all(|(a, b)| (a - b).abs() < 1e-6);
+                assert!(same, "{method}, {samples_per_cell} samples per cell, {pixel:?}: {with:?} and {without:?}");
+            }
+            // Intervals longer than a brick are seldom within one.
+            let most = if samples_per_cell < 1.0 { many.samples } else { many.samples * 3 / 4 };
+            assert!(few.samples < most, "{} of {} samples", few.samples, many.samples);
         }
-        assert!(few.samples < many.samples * 3 / 4, "{} of {} samples", few.samples, many.samples);
+    }
+
+    #[test]
+    fn tiny_steps_end() {
+        let volume = volume(Method::Current);
+        let FieldValues::F64(bricks) = volume.field().values() else { unreachable!("the field was made of f64") };
+        let options = RenderOptions { size: [1, 1], samples_per_cell: 1e17, ..RenderOptions::default() };
+        let marcher = Marcher::new(&shell(&volume), bricks, &options);
+        // Steps that no longer move a number are none at all.
+        assert!(marcher.pixel([0, 0], &mut RenderStatistics::default())[3].is_finite());
     }
 }

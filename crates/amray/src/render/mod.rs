@@ -25,9 +25,9 @@ const TILE: usize = 32;
 pub struct RenderOptions {
     /// Width and height in pixels.
     pub size: [usize; 2],
-    /// Samples per cell width along a ray; more are more exact and slower.
+    /// Samples per cell width along a ray, above 0; more are more exact and slower.
     pub samples_per_cell: f64,
-    /// Rays per pixel.
+    /// Rays per pixel, at least 1.
     pub samples_per_pixel: usize,
     /// Chooses the noise that decorrelates neighbouring pixels.
     pub seed: u64,
@@ -48,8 +48,13 @@ pub struct RenderStatistics {
     pub samples: u64,
 }
 
-/// Renders a scene. The picture does not depend on the number of threads. `progress` is told the share that is done,
+/// Renders a scene.
+///
+/// The picture does not depend on the number of threads. `progress` is told the share that is done,
 /// 0 to 1, from several threads.
+///
+/// # Panics
+/// Where the scene's unit distance is not a positive finite number.
 pub fn render(scene: &Scene, options: &RenderOptions, progress: &(dyn Fn(f64) + Sync)) -> (Film, RenderStatistics) {
     with_voxels!(scene.volume.field().values(), bricks => {
         render_tiles(&Marcher::new(scene, bricks, options), options, progress)

@@ -14,7 +14,7 @@ pub struct Scene<'a> {
     pub volume: &'a Volume,
     /// Value to colour and opacity.
     pub transfer_function: TransferFunction,
-    /// The length, in world units, that the transfer function's opacities refer to.
+    /// The length, in world units, that the transfer function's opacities refer to: positive and finite.
     pub unit_distance: f64,
     /// From where it is seen.
     pub camera: Camera,
