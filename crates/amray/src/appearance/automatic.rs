@@ -151,7 +151,7 @@ mod tests {
         for histogram in [blast(), histogram([0.0, 1e4], Scale::Linear, even)] {
             let function = transfer_function(&histogram).prepared(1.0);
             let mean = |sum: f64, bin: usize| {
-                let extinction = f64::from(function.sample(histogram.center(bin)).extinction);
+                let extinction = function.sample(histogram.center(bin)).extinction;
                 sum + histogram.weights()[bin] / histogram.total_weight() * extinction
             };
             let depth = UNIT_DISTANCES * (0..HISTOGRAM_BINS).fold(0.0, mean);
