@@ -72,12 +72,19 @@ pub fn opacity(histogram: &Histogram, range: [f64; 2]) -> Opacity {
     Opacity::PerUnitDistance(volume_shares(histogram, range).into_iter().enumerate().map(point).collect())
 }
 
-/// The transfer function of the first picture.
-pub fn transfer_function(histogram: &Histogram) -> TransferFunction {
-    let range = range(histogram);
-    let opacity = opacity(histogram, range);
-    TransferFunction::from_color_map(color_map(range), range, histogram.scale(), opacity)
-        .expect("a histogram's range ascends and suits its scale")
+/// The transfer function of the first picture, with the colour map and over the range that are given.
+///
+/// # Panics
+/// Where the range does not ascend or does not suit the histogram's scale.
+pub fn transfer_function(
+    histogram: &Histogram,
+    map: Option<ColorMap>,
+    given_range: Option<[f64; 2]>,
+) -> TransferFunction {
+    let range = given_range.unwrap_or_else(|| range(histogram));
+    let map = map.unwrap_or_else(|| color_map(range));
+    TransferFunction::from_color_map(map, range, histogram.scale(), opacity(histogram, range))
+        .expect("the range ascends and suits the scale")
 }
 
 fn is_signed([low, high]: [f64; 2]) -> bool {
@@ -136,7 +143,7 @@ mod tests {
 
     #[test]
     fn the_background_vanishes_and_the_rare_shows() {
-        let function = transfer_function(&blast());
+        let function = transfer_function(&blast(), None, None);
         assert_eq!(alpha(&function, 1.0), 0.0);
         let [front, core] = [2.5, 3.5].map(|value| alpha(&function, value));
         assert!((0.015..0.06).contains(&front), "front {front}");
@@ -149,7 +156,7 @@ mod tests {
         // Even the values of a plain ramp, which have no background, do not make a wall.
         let even = (0..10_000).map(|i| (f64::from(i), 1.0));
         for histogram in [blast(), histogram([0.0, 1e4], Scale::Linear, even)] {
-            let function = transfer_function(&histogram).prepared(1.0);
+            let function = transfer_function(&histogram, None, None).prepared(1.0);
             let mean = |sum: f64, bin: usize| {
                 let extinction = function.sample(histogram.center(bin)).extinction;
                 sum + histogram.weights()[bin] / histogram.total_weight() * extinction
@@ -171,7 +178,7 @@ mod tests {
     #[test]
     fn signed_values_diverge_around_zero() {
         let waves = (0..10_000).map(|i| (1e-3 * f64::from(i).sin(), 1.0)).chain([(0.0, 9e4)]);
-        let function = transfer_function(&histogram([-1e-3, 8e-4], Scale::Linear, waves));
+        let function = transfer_function(&histogram([-1e-3, 8e-4], Scale::Linear, waves), None, None);
         let [low, high] = function.range();
         assert!(low == -high && high > 7e-4, "{low} {high}");
         assert_eq!(function.colors()[0].color, ColorMap::CoolToWarm.color(0.0));
@@ -188,7 +195,7 @@ mod tests {
         let scales = [[1e-5, 1.0], [0.5, 5.0], [0.0, 1e9], [-1.0, 1e9]].map(|[low, high]| scale(low, high));
         assert_eq!(scales, [Scale::Log10, Scale::Linear, Scale::Linear, Scale::Linear]);
         let decades = (0..700).map(|i| (10f64.powf(f64::from(i) / 100.0 - 5.0), 1.0));
-        let function = transfer_function(&histogram([1e-5, 1e2], Scale::Log10, decades));
+        let function = transfer_function(&histogram([1e-5, 1e2], Scale::Log10, decades), None, None);
         assert_eq!(function.scale(), Scale::Log10);
         let [low, high] = function.range();
         assert!((1e-5..2e-5).contains(&low) && (5e1..=1e2).contains(&high), "{low} {high}");
@@ -197,9 +204,9 @@ mod tests {
     #[test]
     fn nothing_and_constants_are_no_trouble() {
         let empty = histogram([0.0, 1.0], Scale::Linear, []);
-        assert_eq!(transfer_function(&empty).range(), [0.0, 1.0]);
+        assert_eq!(transfer_function(&empty, None, None).range(), [0.0, 1.0]);
         let constant = histogram([5.0, 5.0], Scale::Linear, [(5.0, 1.0)]);
-        let function = transfer_function(&constant);
+        let function = transfer_function(&constant, None, None);
         assert!(function.range()[0] <= 5.0 && function.range()[1] >= 5.0);
         assert_eq!(alpha(&function, 5.0), 0.0);
     }

@@ -1,11 +1,13 @@
 //! What a picture is made of: the volume, how it looks, and from where it is seen.
 
 mod camera;
+mod look;
 
 use crate::Volume;
 use crate::appearance::TransferFunction;
 
 pub use camera::{Camera, CameraError, CameraRay, Projection, Viewpoint};
+pub use look::{Look, LookError};
 
 /// Everything that decides what a picture shows.
 #[derive(Clone, Debug)]
