@@ -1,5 +1,6 @@
 //! From the command line to a volume: which data, which field, which reconstruction.
 
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
@@ -11,10 +12,10 @@ use amray_formats::{DataSet, OpenOptions, find_field, open};
 use clap::Args;
 
 use crate::note;
-use crate::progress::with_progress;
+use crate::progress::{with_progress, with_spinner};
 
 /// Which data to open.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub(crate) struct DataArguments {
     /// A Chombo HDF5 file, or an AMReX plotfile (the directory or its Header)
     pub(crate) path: PathBuf,
@@ -24,7 +25,7 @@ pub(crate) struct DataArguments {
 }
 
 /// Which field to look at, and how its cells become a continuous function.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub(crate) struct VolumeArguments {
     #[command(flatten)]
     pub(crate) data: DataArguments,
@@ -49,28 +50,39 @@ pub(crate) struct Opened {
 }
 
 impl DataArguments {
-    /// Opens the data set and says on standard error what is unusual about it.
+    /// Opens the data set.
     pub(crate) fn open(&self) -> anyhow::Result<Box<dyn DataSet>> {
-        let data = open(&self.path, &OpenOptions { max_level: self.max_level })?;
-        for warning in warnings(&*data) {
-            note(&format!("amray: warning: {}: {warning}", self.path.display()));
-        }
-        Ok(data)
+        Ok(open(&self.path, &OpenOptions { max_level: self.max_level })?)
+    }
+
+    /// An error that says which data it is about.
+    pub(crate) fn error(&self, problem: impl Display) -> anyhow::Error {
+        anyhow::anyhow!("{}: {problem}", self.path.display())
     }
 
     /// The name of the data set without its ending: what pictures of it are called.
     pub(crate) fn stem(&self) -> String {
+        let path = absolute(&self.path);
         // A plotfile may be opened by its Header, but is called by its directory.
-        let named = if self.path.file_name().is_some_and(|name| name == "Header") {
-            self.path.parent().filter(|parent| parent.file_name().is_some())
-        } else {
-            None
+        let name = match path.parent() {
+            Some(parent) if path.file_name().is_some_and(|name| name == "Header") => last_name(parent),
+            _ => last_name(&path),
         };
-        let path: &Path = named.unwrap_or(&self.path);
-        let name = path.file_name().map_or_else(|| "amray".into(), |name| name.to_string_lossy().into_owned());
+        let name = name.unwrap_or_else(|| "amray".into());
         let without = [".hdf5", ".h5"].iter().find_map(|ending| name.strip_suffix(ending));
         without.map_or(name.clone(), str::to_owned)
     }
+}
+
+/// The path as it can be opened from anywhere.
+pub(crate) fn absolute(path: &Path) -> PathBuf {
+    std::path::absolute(path).unwrap_or_else(|_| path.into())
+}
+
+/// The last name of an absolute path, even if it ends in `..`.
+fn last_name(path: &Path) -> Option<String> {
+    let path = if path.file_name().is_some() { path.into() } else { path.canonicalize().ok()? };
+    Some(path.file_name()?.to_string_lossy().into_owned())
 }
 
 /// What is unusual about a data set, a line each.
@@ -80,23 +92,48 @@ pub(crate) fn warnings(data: &dyn DataSet) -> Vec<String> {
 }
 
 impl VolumeArguments {
-    /// Opens the data set, reads the field and builds the index.
+    /// Opens the data set, says on standard error what is unusual about it, reads the field and builds the index.
     pub(crate) fn open(&self) -> anyhow::Result<Opened> {
         let start = Instant::now();
         let data = self.data.open()?;
+        for warning in warnings(&*data) {
+            note(&format!("amray: warning: {}: {warning}", self.data.path.display()));
+        }
         let number = match &self.field {
             Some(name) => find_field(&self.data.path, data.fields(), name)?,
-            None if data.fields().is_empty() => anyhow::bail!("{}: there is no field", self.data.path.display()),
+            None if data.fields().is_empty() => return Err(self.data.error("there is no field")),
             None => 0,
         };
         let mut field = with_progress("reading", |progress| data.read_field(number, progress))?;
         if self.restrict {
-            field = field.restricted(data.hierarchy());
+            field = with_spinner("restricting", || field.restricted(data.hierarchy()));
         }
         let open_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let index = Arc::new(Index::build(data.hierarchy().clone()));
-        let volume = Volume::new(index, field, self.method);
+        let volume = with_spinner("indexing", || {
+            let index = Arc::new(Index::build(data.hierarchy().clone()));
+            Volume::new(index, field, self.method)
+        });
         Ok(Opened { volume, open_seconds, index_seconds: start.elapsed().as_secs_f64() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn data_are_called_by_their_file_or_directory() {
+        let stem = |path: &str| DataArguments { path: path.into(), max_level: None }.stem();
+        assert_eq!(stem("runs/a.hdf5"), "a");
+        assert_eq!(stem("a.3d.h5"), "a.3d");
+        assert_eq!(stem("plt00100"), "plt00100");
+        assert_eq!(stem("runs/plt00100/"), "plt00100");
+        assert_eq!(stem("runs/plt00100/Header"), "plt00100");
+        // Tests run in the crate's directory.
+        for here in [".", "./", "Header", "./Header", "src/..", "src/../Header"] {
+            assert_eq!(stem(here), "amray-cli", "{here}");
+        }
+        assert_eq!(stem("/"), "amray");
     }
 }

@@ -15,7 +15,7 @@ use serde::Serialize;
 use crate::data::{self, DataArguments};
 use crate::number::{bytes, grouped};
 use crate::print;
-use crate::progress::with_progress;
+use crate::progress::{with_progress, with_spinner};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -76,7 +76,7 @@ struct IndexDescription {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let data = arguments.data.open()?;
     let start = Instant::now();
-    let index = Arc::new(Index::build(data.hierarchy().clone()));
+    let index = Arc::new(with_spinner("indexing", || Index::build(data.hierarchy().clone())));
     let seconds = start.elapsed().as_secs_f64();
     let of_index = IndexDescription { regions: index.regions().len(), bytes: index.bytes(), seconds };
     let description = describe(arguments, &*data, &index)?;
@@ -120,7 +120,7 @@ fn describe_field(data: &dyn DataSet, index: &Arc<Index>, number: usize) -> anyh
     let field = with_progress(&name, |progress| data.read_field(number, progress))?;
     let bytes = data.hierarchy().cells() * data.fields()[number].voxel_type.bytes() as u64;
     let owned_bytes = field.bytes(Residence::Owned);
-    let range = Volume::new(index.clone(), field, Method::Nearest).leaf_range();
+    let range = with_spinner(&name, || Volume::new(index.clone(), field, Method::Nearest).leaf_range());
     Ok(FieldDescription {
         name,
         min: range.map(|range| range[0]),

@@ -23,6 +23,23 @@ pub(crate) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// An angle in degrees, above 0 and below 180.
+pub(crate) fn angle(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        degrees if degrees > 0.0 && degrees < 180.0 => Ok(degrees),
+        _ => Err("expected an angle above 0 and below 180 degrees".into()),
+    }
+}
+
+/// How many samples a cell width takes.
+pub(crate) fn samples_per_cell(text: &str) -> Result<f64, String> {
+    match finite(text)? {
+        // More would hardly ever end; fewer miss whole bricks.
+        samples if (0.01..=1000.0).contains(&samples) => Ok(samples),
+        _ => Err("expected a number from 0.01 to 1000".into()),
+    }
+}
+
 /// A range: two numbers, the lower one first.
 pub(crate) fn range(text: &str) -> Result<[f64; 2], String> {
     match list(text)? {
@@ -92,6 +109,9 @@ mod tests {
         assert!(color("0,0,2").is_err() && color("0,0").is_err());
         assert_eq!(positive("0.5"), Ok(0.5));
         assert!(positive("0").is_err());
+        assert_eq!((angle("179.9"), samples_per_cell("1000")), (Ok(179.9), Ok(1000.0)));
+        assert!(angle("0").is_err() && angle("180").is_err());
+        assert!(samples_per_cell("0.009").is_err() && samples_per_cell("1e17").is_err());
     }
 
     #[test]

@@ -6,12 +6,15 @@ use std::time::Instant;
 use amray::appearance::{Picture, TransferFunction, color_bar};
 use amray::render::{Film, RenderOptions, RenderStatistics, render};
 use amray::scene::Scene;
+use amray_formats::FormatError;
+use amray_formats::output::check_writable;
 use amray_formats::picture::{PictureFormat, write_exr, write_npy, write_png};
 use clap::Args;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use serde::Serialize;
 
 use crate::appearance::AppearanceArguments;
-use crate::data::{Opened, VolumeArguments};
+use crate::data::{DataArguments, Opened, VolumeArguments};
 use crate::progress::with_progress;
 use crate::view::ViewArguments;
 use crate::{memory, number, print};
@@ -24,7 +27,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     volume: VolumeArguments,
     /// Where to write the picture: .png, .exr or .npy [default: the data's name with .png]
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(picture_path))]
     output: Option<PathBuf>,
     /// Pixels
     #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1024x1024", value_parser = number::size)]
@@ -40,7 +43,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "D", value_parser = number::positive)]
     unit_distance: Option<f64>,
     /// Samples per cell width along a ray
-    #[arg(long, value_name = "R", default_value = "1", value_parser = number::positive)]
+    #[arg(long, value_name = "R", default_value = "1", value_parser = number::samples_per_cell)]
     samples_per_cell: f64,
     /// Rays per pixel
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..))]
@@ -64,8 +67,8 @@ pub(crate) struct Arguments {
 
 /// What `--json` prints.
 #[derive(Serialize)]
-struct Report {
-    output: PathBuf,
+pub(crate) struct Report {
+    pub(crate) output: PathBuf,
     size: [usize; 2],
     open_seconds: f64,
     index_seconds: f64,
@@ -83,16 +86,52 @@ struct Report {
     private_bytes: Option<u64>,
 }
 
+impl Arguments {
+    /// What `amray render DATA -o PICTURE` says.
+    pub(crate) fn new(data: PathBuf, picture: PathBuf) -> Self {
+        Self {
+            volume: VolumeArguments { data: DataArguments { path: data, max_level: None }, ..Default::default() },
+            output: Some(picture),
+            size: [1024; 2],
+            view: ViewArguments::default(),
+            appearance: AppearanceArguments::default(),
+            opacity: 1.0,
+            unit_distance: None,
+            samples_per_cell: 1.0,
+            spp: 1,
+            seed: 0,
+            background: [1.0; 4],
+            color_bar: false,
+            repeat: None,
+            json: false,
+        }
+    }
+}
+
+/// A name whose ending is a picture's.
+fn picture_path(path: PathBuf) -> Result<PathBuf, FormatError> {
+    PictureFormat::of(&path).map(|_| path)
+}
+
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let report = picture(arguments)?;
+    let said = if arguments.json { serde_json::to_string(&report)? } else { report.output.display().to_string() };
+    Ok(print(&(said + "\n"))?)
+}
+
+/// Writes the picture that the flags ask for.
+pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     let output = arguments.output.clone().unwrap_or_else(|| PathBuf::from(arguments.volume.data.stem() + ".png"));
-    // A name that cannot be written is better known before the work than after it.
     let format = PictureFormat::of(&output)?;
     if arguments.color_bar && format != PictureFormat::Png {
         anyhow::bail!("{}: a colour bar can only be drawn into a .png", output.display());
     }
+    // What cannot be written is better known before the work than after it.
+    check_writable(&output)?;
     let Opened { volume, open_seconds, index_seconds } = arguments.volume.open()?;
+    let function = arguments.appearance.transfer_function(&arguments.volume.data, &volume)?;
     let scene = Scene {
-        transfer_function: arguments.appearance.transfer_function(&volume)?.scaled_opacity(arguments.opacity),
+        transfer_function: function.scaled_opacity(arguments.opacity),
         unit_distance: arguments.unit_distance.unwrap_or(volume.hierarchy().longest_side() / UNIT_DISTANCES),
         camera: arguments.view.camera(&volume, arguments.size)?,
         volume: &volume,
@@ -112,12 +151,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         PictureFormat::Exr => write_exr(&output, film.size(), film.pixels())?,
         PictureFormat::Npy => write_npy(&output, film.size(), film.pixels())?,
     }
-    if !arguments.json {
-        return Ok(print(&format!("{}\n", output.display()))?);
-    }
     let mut sorted = seconds.clone();
     sorted.sort_by(f64::total_cmp);
-    let report = Report {
+    Ok(Report {
         output,
         size: arguments.size,
         open_seconds,
@@ -131,8 +167,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         resident_bytes: memory::resident(),
         peak_resident_bytes: memory::peak_resident(),
         private_bytes: memory::private(),
-    };
-    Ok(print(&(serde_json::to_string(&report)? + "\n"))?)
+    })
 }
 
 /// Renders one frame or, with `repeat`, a warm-up and that many frames; the last picture and the seconds of each.
@@ -170,4 +205,17 @@ fn write_picture(
     let picture = Picture::from_pixels(width, height, pixels).expect("a film has its size's pixels");
     let joined = picture.beside(&color_bar(function, title, height, behind), behind);
     Ok(write_png(path, [joined.width(), joined.height()], joined.pixels())?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[test]
+    fn arguments_made_here_are_those_of_the_command_line() {
+        let parsed = crate::Arguments::try_parse_from(["amray", "render", "a.hdf5", "-o", "b.png"]).unwrap();
+        let crate::Command::Render(parsed) = parsed.command else { panic!("{parsed:?}") };
+        assert_eq!(format!("{:?}", Arguments::new("a.hdf5".into(), "b.png".into())), format!("{parsed:?}"));
+    }
 }

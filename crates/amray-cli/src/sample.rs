@@ -3,13 +3,15 @@
 use std::fmt::Write;
 use std::path::PathBuf;
 
-use amray_formats::output::OutputFile;
-use amray_formats::{picture, points};
+use amray_formats::output::{OutputFile, check_writable};
+use amray_formats::picture::{PictureFormat, write_array};
+use amray_formats::points::read_points;
 use clap::Args;
 use serde_json::json;
 
 use crate::data::VolumeArguments;
 use crate::print;
+use crate::progress::with_spinner;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -27,12 +29,15 @@ pub(crate) struct Arguments {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let positions = points::read_points(&arguments.points)?;
+    if let Some(path) = &arguments.output {
+        check_writable(path)?;
+    }
+    let positions = read_points(&arguments.points)?;
     let opened = arguments.volume.open()?;
-    let values = opened.volume.sample(&positions);
+    let values = with_spinner("sampling", || opened.volume.sample(&positions));
     match &arguments.output {
-        Some(path) if path.extension().is_some_and(|ending| ending == "npy") => {
-            picture::write_array(path, &[values.len() as u64], &values)?;
+        Some(path) if PictureFormat::of(path).is_ok_and(|format| format == PictureFormat::Npy) => {
+            write_array(path, &[values.len() as u64], &values)?;
         }
         Some(path) => OutputFile::write(path, |file| std::io::Write::write_all(file, text(&values).as_bytes()))?,
         None if arguments.json => print(&format!("{}\n", json!({ "values": values })))?,

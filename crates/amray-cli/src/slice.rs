@@ -4,13 +4,16 @@ use std::path::PathBuf;
 
 use amray::appearance::{Picture, TransferFunction, color_bar};
 use amray::render::{Axis, Slice, SliceImage};
+use amray_formats::FormatError;
+use amray_formats::output::check_writable;
 use amray_formats::picture::{PictureFormat, write_array, write_png};
-use anyhow::bail;
 use clap::Args;
+use clap::builder::{PathBufValueParser, TypedValueParser};
 use serde::Serialize;
 
 use crate::appearance::AppearanceArguments;
 use crate::data::VolumeArguments;
+use crate::progress::with_spinner;
 use crate::{number, print};
 
 /// Around the slice, and where there is no value.
@@ -27,7 +30,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "X", value_parser = number::finite, allow_hyphen_values = true)]
     at: Option<f64>,
     /// Where to write it: .png, or the values as .npy [default: the data's name, the axis and .png]
-    #[arg(short, long, value_name = "FILE")]
+    #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(image_path))]
     output: Option<PathBuf>,
     /// Pixels of the slice's longer side; the pixels are square
     #[arg(long, value_name = "PIXELS", default_value = "1024", value_parser = clap::value_parser!(u16).range(1..=16_384))]
@@ -55,6 +58,17 @@ struct Report {
     max: Option<f64>,
 }
 
+/// A name whose ending is that of a picture or of values.
+fn image_path(path: PathBuf) -> Result<PathBuf, FormatError> {
+    match PictureFormat::of(&path)? {
+        PictureFormat::Png | PictureFormat::Npy => Ok(path),
+        PictureFormat::Exr => {
+            let (found, expected) = ("ending .exr".into(), ".png or, for the values, .npy".into());
+            Err(FormatError::Unrecognised { path, found, expected })
+        }
+    }
+}
+
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let axis = arguments.axis;
     let output = arguments
@@ -62,21 +76,21 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .clone()
         .unwrap_or_else(|| PathBuf::from(format!("{}_{axis}.png", arguments.volume.data.stem())));
     let format = PictureFormat::of(&output)?;
-    if format == PictureFormat::Exr {
-        bail!("{}: a slice is written as .png or, its values, as .npy", output.display());
-    }
+    check_writable(&output)?;
     let volume = arguments.volume.open()?.volume;
     let [low, high] = volume.hierarchy().bounds().map(|corner| corner[axis as usize]);
     let slice = Slice { axis, at: arguments.at.unwrap_or((low + high) / 2.0) };
     if !(low..=high).contains(&slice.at) {
-        bail!("--at {} misses the domain, which reaches from {low} to {high} on the {axis} axis", slice.at);
+        let domain = format!("the domain, which reaches from {low} to {high} on the {axis} axis");
+        return Err(arguments.volume.data.error(format!("--at {} misses {domain}", slice.at)));
     }
-    let image = slice.sample(&volume, slice.fitting_size(&volume, arguments.size.into()));
+    let size = slice.fitting_size(&volume, arguments.size.into());
+    let image = with_spinner("slicing", || slice.sample(&volume, size));
     let [width, height] = image.size;
     if format == PictureFormat::Npy {
         write_array(&output, &[height as u64, width as u64], &image.values)?;
     } else {
-        let function = arguments.appearance.colors(&image.values)?;
+        let function = arguments.appearance.colors(&arguments.volume.data, &image.values)?;
         let mut picture =
             Picture::from_pixels(width, height, colored(&image, &function)).expect("an image has its size's values");
         if !arguments.no_color_bar {

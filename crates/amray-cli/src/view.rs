@@ -19,11 +19,18 @@ pub(crate) struct ViewArguments {
     #[arg(long, value_name = "X,Y,Z", value_parser = number::list::<3>, allow_hyphen_values = true)]
     up: Option<[f64; 3]>,
     /// Vertical opening angle of the picture in degrees
-    #[arg(long, value_name = "DEGREES", default_value = "30", value_parser = number::positive)]
+    #[arg(long, value_name = "DEGREES", default_value_t = Self::default().fovy, value_parser = number::angle)]
     fovy: f64,
     /// Parallel rays instead of perspective; the target keeps its size
     #[arg(long)]
     orthographic: bool,
+}
+
+/// What the flags are where they are not given.
+impl Default for ViewArguments {
+    fn default() -> Self {
+        Self { eye: None, target: None, up: None, fovy: 30.0, orthographic: false }
+    }
 }
 
 impl ViewArguments {

@@ -30,12 +30,23 @@ fn fails(directory: &Path, arguments: &[&str]) -> String {
     line
 }
 
+/// What it says of wrong usage.
+fn misused(directory: &Path, arguments: &[&str]) -> String {
+    let output = amray(directory, arguments);
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {errors}");
+    errors
+}
+
+/// What makes a small demo data set with two levels, of which the finer one does not cover everything.
+const SMALL: &[&str] = &["--levels", "2", "--base", "16", "--brick", "8", "--threshold", "0.8"];
+
 /// A small demo data set that the tests share.
 fn demo() -> &'static Path {
     static DEMO: OnceLock<PathBuf> = OnceLock::new();
     DEMO.get_or_init(|| {
         let directory = Path::new(env!("CARGO_TARGET_TMPDIR"));
-        prints(directory, &["demo", "--levels", "2", "--base", "16", "-o", "small.hdf5"]);
+        prints(directory, &[&["demo", "-o", "small.hdf5"], SMALL].concat());
         directory.join("small.hdf5")
     })
 }
@@ -49,6 +60,15 @@ fn npy<T: npyz::Deserialize>(path: &Path) -> (Vec<u64>, Vec<T>) {
     (file.shape().to_vec(), file.into_vec().unwrap())
 }
 
+/// The width, height and RGB of an opaque picture.
+fn png(path: &Path) -> ([u32; 2], Vec<u8>) {
+    let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let frame = reader.next_frame(&mut bytes).unwrap();
+    ([frame.width, frame.height], bytes)
+}
+
 #[test]
 fn a_demo_and_its_picture() {
     let directory = tempfile::tempdir().unwrap();
@@ -56,8 +76,31 @@ fn a_demo_and_its_picture() {
     assert_eq!(said, format!("picture: {}\n", directory.path().join("amray-demo.png").display()));
     let names: Vec<_> = std::fs::read_dir(&directory).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     assert_eq!(names, ["amray-demo.png"], "data that is not kept is gone");
-    prints(directory.path(), &["demo", "--levels", "2", "--base", "16", "--keep"]);
+    prints(directory.path(), &[&["demo", "--keep"], SMALL].concat());
     assert_eq!(std::fs::read(directory.path().join("amray-demo.hdf5")).unwrap(), std::fs::read(demo()).unwrap());
+}
+
+#[test]
+fn a_demo_never_lays_its_picture_over_its_data() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    for name in ["demo.png", "demo.PNG", "demo.exr"] {
+        let error = misused(here, &["demo", "--levels", "1", "--base", "16", "-o", name]);
+        assert!(error.contains("this is where the data set goes"), "{error}");
+    }
+    // The picture cannot be written: the data set is not made either.
+    std::fs::create_dir(here.join("a.png")).unwrap();
+    let error = fails(here, &["demo", "--levels", "1", "--base", "16", "-o", "a.hdf5"]);
+    assert!(error.starts_with("amray: a.png: cannot write: "), "{error}");
+    assert_eq!(std::fs::read_dir(here).unwrap().count(), 1);
+    let said = prints(here, &["demo", "--levels", "2", "--base", "8", "--ratio", "4", "-o=-b.hdf5"]);
+    let [data, picture] = ["-b.hdf5", "-b.png"].map(|name| here.join(name));
+    assert_eq!(said, format!("data:    {}\npicture: {}\n", data.display(), picture.display()));
+    let info = json(&prints(here, &["info", data.to_str().unwrap(), "--json"]));
+    assert_eq!(info["levels"][1]["ratio"], json("[4, 4, 4]"));
+    // The picture is the one that no flags give.
+    prints(here, &["render", data.to_str().unwrap(), "-o", "again.png"]);
+    assert!(std::fs::read(picture).unwrap() == std::fs::read(here.join("again.png")).unwrap());
 }
 
 #[test]
@@ -73,6 +116,7 @@ fn info_describes() {
     assert_eq!(object["levels"][0]["domain"], json("[[0, 0, 0], [15, 15, 15]]"));
     let [coarse, fine] = [0, 1].map(|level| object["levels"][level]["leaf_cells"].as_u64().unwrap());
     assert_eq!(8 * coarse + fine, 32 * 32 * 32, "leaf cells fill the domain");
+    assert!(coarse > 0 && fine > 0, "both levels are seen: {coarse}, {fine}");
     let low = object["fields"][0]["min"].as_f64().unwrap();
     assert!(low < object["fields"][0]["max"].as_f64().unwrap());
     let text = prints(directory.path(), &["info", path]);
@@ -94,10 +138,17 @@ fn pictures_in_three_formats_agree() {
     assert_eq!(shape, [48, 64, 4]);
     let visible = film.chunks_exact(4).filter(|pixel| pixel[3] > 0.1).count();
     assert!(visible > 200, "the first picture shows something: {visible} pixels");
-    let file = std::io::BufReader::new(std::fs::File::open(directory.path().join("a.png")).unwrap());
-    let mut reader = png::Decoder::new(file).read_info().unwrap();
-    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-    reader.next_frame(&mut bytes).unwrap();
+    let exr = exr::prelude::read_first_rgba_layer_from_file(
+        directory.path().join("a.exr"),
+        |size, _| (size.width(), vec![[0f32; 4]; size.area()]),
+        |(width, pixels), place, (red, green, blue, alpha): (f32, f32, f32, f32)| {
+            pixels[place.y() * *width + place.x()] = [red, green, blue, alpha];
+        },
+    );
+    let (width, pixels) = exr.unwrap().layer_data.channel_data.pixels;
+    assert!(width == 64 && pixels.as_flattened() == film, "the .exr holds what the .npy holds");
+    let ([width, height], bytes) = png(&directory.path().join("a.png"));
+    assert_eq!([width, height], [64, 48]);
     for (pixel, rgb) in film.chunks_exact(4).zip(bytes.chunks_exact(3)) {
         for channel in 0..3 {
             let over_white = (pixel[channel] + 1.0 - pixel[3]) * 255.0;
@@ -125,8 +176,15 @@ fn render_reports_as_json() {
     let said = prints(directory.path(), &["render", path, "--size", "32", "--repeat", "3", "--json", "-o", "a.png"]);
     let report = json(&said);
     assert_eq!((&report["frames"], &report["rays"]), (&3.into(), &(32 * 32).into()));
-    assert!(report["frame_best_seconds"].as_f64() <= report["frame_median_seconds"].as_f64());
-    assert!(report["samples"].as_u64() > Some(32 * 32));
+    let number = |key: &str| report[key].as_f64().unwrap_or_else(|| panic!("{key} is a number: {report}"));
+    assert!(number("frame_best_seconds") <= number("frame_median_seconds"));
+    assert!(number("frame_best_seconds") <= number("frame_seconds"));
+    assert!(number("open_seconds") >= 0.0 && number("index_seconds") >= 0.0);
+    assert!(number("samples") > f64::from(32 * 32));
+    if cfg!(target_os = "linux") {
+        assert!(number("private_bytes") > 0.0 && number("private_bytes") < number("resident_bytes"));
+        assert!(number("resident_bytes") <= number("peak_resident_bytes"));
+    }
 }
 
 #[test]
@@ -146,6 +204,10 @@ fn samples_are_values_at_points() {
     prints(directory.path(), &["sample", path, "--points", "p.csv", "-o", "v.npy"]);
     let (shape, array) = npy::<f64>(&directory.path().join("v.npy"));
     assert_eq!((shape, array[0]), (vec![2], values[0]));
+    prints(directory.path(), &["sample", path, "--points", "p.csv", "-o", "v2.NPY"]);
+    assert_eq!(npy::<f64>(&directory.path().join("v2.NPY")).1[0], values[0]);
+    prints(directory.path(), &["sample", path, "--points", "p.csv", "-o", "v.txt"]);
+    assert_eq!(std::fs::read_to_string(directory.path().join("v.txt")).unwrap(), text);
 }
 
 #[test]
@@ -157,7 +219,7 @@ fn slices_as_pictures_and_values() {
     let (shape, values) = npy::<f64>(&directory.path().join("v.npy"));
     assert!(shape == [40, 40] && values.iter().all(|value| value.is_finite()));
     let missed = fails(directory.path(), &["slice", path, "--axis", "x", "--at", "-5"]);
-    assert!(missed.contains("misses the domain"), "{missed}");
+    assert!(missed.starts_with(&format!("amray: {path}: --at -5 misses the domain")), "{missed}");
 }
 
 #[test]
@@ -197,14 +259,64 @@ fn errors_are_one_line_that_helps() {
     assert!(field.contains("no field \"densty\", did you mean \"density\"?"), "{field}");
     let level = fails(here, &["render", path, "--max-level", "7"]);
     assert!(level.ends_with("no level 7; the finest level is 1"), "{level}");
-    let output = fails(here, &["render", path, "--size", "8", "-o", "missing/a.png"]);
-    assert!(output.starts_with("amray: missing/a.png: cannot write: "), "{output}");
-    assert!(fails(here, &["render", path, "-o", "a.jpg"]).ends_with("a.jpg: ending .jpg, expected .png, .exr or .npy"));
+    let range = fails(here, &["render", path, "--log", "--range", "-1,1"]);
+    assert!(range.starts_with(&format!("amray: {path}: ")), "{range}");
+    let range = fails(here, &["slice", path, "--axis", "x", "--log", "--range", "-1,1"]);
+    assert!(range.starts_with(&format!("amray: {path}: ")), "{range}");
     assert!(fails(here, &["render", path, "--eye", "1,1,1", "--target", "1,1,1"]).contains("camera: eye and target"));
-    assert!(fails(here, &["render", path, "--tf", "rainbow-ish"]).contains("viridis"));
     std::fs::write(here.join("p.csv"), "1,2\n").unwrap();
     assert!(fails(here, &["sample", path, "--points", "p.csv"]).contains("line 1"));
-    assert!(!here.join("a.jpg").exists());
+}
+
+#[test]
+fn what_cannot_be_written_is_noticed_before_the_work() {
+    let directory = tempfile::tempdir().unwrap();
+    for arguments in [
+        // There is no such data: the first to be missed is what was looked at first.
+        &["render", "nowhere"][..],
+        &["slice", "nowhere", "--axis", "x"],
+        &["sample", "nowhere", "--points", "nothing"],
+        &["demo", "--levels", "1", "--base", "8"],
+    ] {
+        let name = if arguments[0] == "demo" { "missing/a.hdf5" } else { "missing/a.png" };
+        let error = fails(directory.path(), &[arguments, &["-o", name]].concat());
+        assert!(error.starts_with(&format!("amray: {name}: cannot write: ")), "{error}");
+        assert!(!error.contains(".part"), "{error}");
+    }
+}
+
+#[test]
+fn flags_change_the_picture_as_they_say() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let path = demo().to_str().unwrap();
+    let film = |flags: &[&str]| {
+        prints(here, &[&["render", path, "--size", "24", "-o", "a.npy"], flags].concat());
+        npy::<f32>(&here.join("a.npy")).1
+    };
+    let plain = film(&[]);
+    assert!(plain == film(&["--seed", "0", "--spp", "1"]), "what is not given is the default");
+    for flags in [
+        &["--restrict", "--method", "current"][..],
+        &["--log"],
+        &["--orthographic"],
+        &["--spp", "2"],
+        &["--seed", "1"],
+        &["--unit-distance", "0.1"],
+    ] {
+        let changed = film(flags);
+        assert!(changed.len() == plain.len() && changed != plain, "{flags:?}");
+        assert!(changed.chunks_exact(4).any(|pixel| pixel[3] > 0.02), "{flags:?}");
+    }
+    assert_ne!(film(&["--method", "current"]), film(&["--restrict", "--method", "current"]));
+    let corner = |flags: &[&str]| {
+        prints(here, &[&["render", path, "--size", "160", "-o", "a.png"], flags].concat());
+        let (size, bytes) = png(&here.join("a.png"));
+        (size, [bytes[0], bytes[1], bytes[2]])
+    };
+    assert_eq!(corner(&["--background", "0,0.4,1"]), ([160, 160], [0, 102, 255]));
+    let ([width, height], _) = corner(&["--color-bar"]);
+    assert!(width > 160 && height == 160);
 }
 
 #[test]
@@ -216,14 +328,29 @@ fn wrong_usage_is_exit_code_two() {
         &["render"],
         &["render", path, "--size", "0"],
         &["render", path, "--fovy", "-3"],
+        &["render", path, "--fovy", "180"],
+        &["render", path, "--samples-per-cell", "1e17"],
+        &["render", path, "--samples-per-cell", "0.001"],
+        &["render", path, "-o", "a.jpg"],
+        &["slice", path, "--axis", "x", "-o", "a.exr"],
+        &["demo", "--levels", "13"],
+        &["demo", "--base", "7"],
+        &["demo", "--ratio", "3"],
+        &["demo", "--brick", "12"],
+        &["demo", "--threshold", "1"],
         &["render", path, "--range", "2,1"],
         &["render", path, "--method", "cubic"],
         &["render", path, "--threads", "0"],
         &["slice", path],
         &["slice", path, "--axis", "w"],
     ] {
-        assert_eq!(amray(directory.path(), arguments).status.code(), Some(2), "{arguments:?}");
+        misused(directory.path(), arguments);
     }
+    assert_eq!(std::fs::read_dir(&directory).unwrap().count(), 0);
+    let ending = misused(directory.path(), &["render", path, "-o", "a.jpg"]);
+    assert!(ending.contains("ending .jpg, expected .png, .exr or .npy"), "{ending}");
+    assert!(misused(directory.path(), &["render", path, "--tf", "rainbow-ish"]).contains("viridis"));
+    assert!(misused(directory.path(), &["demo", "--base", "7"]).contains("expected 8 to 1024 cells per side"));
 }
 
 #[test]
@@ -236,7 +363,17 @@ fn real_files_give_pictures_without_flags() {
     }
     for path in paths {
         let path = path.to_str().unwrap();
-        prints(directory.path(), &["info", path]);
+        let info = amray(directory.path(), &["info", path]);
+        let said = String::from_utf8_lossy(&info.stderr);
+        assert!(info.status.success() && said.is_empty(), "{path}: warnings are part of the description: {said}");
+        let bounds = json(&prints(directory.path(), &["info", path, "--json"]))["bounds"].clone();
+        let bound = |end: usize, axis: usize| bounds[end][axis].as_f64().unwrap();
+        let [x, y, z] = [0, 1, 2].map(|axis| bound(0, axis) + 0.37 * (bound(1, axis) - bound(0, axis)));
+        let outside = bound(1, 0) + 1.0;
+        std::fs::write(directory.path().join("p.csv"), format!("{x},{y},{z}\n{outside},{y},{z}\n")).unwrap();
+        let text = prints(directory.path(), &["sample", path, "--points", "p.csv"]);
+        let values: Vec<f64> = text.lines().map(|line| line.parse().unwrap()).collect();
+        assert!(values.len() == 2 && values[0].is_finite() && values[1].is_nan(), "{path}: {text}");
         prints(directory.path(), &["slice", path, "--axis", "x", "--size", "32", "-o", "slice.png"]);
         prints(directory.path(), &["render", path, "--size", "48", "-o", "a.npy"]);
         let (_, film) = npy::<f32>(&directory.path().join("a.npy"));

@@ -7,6 +7,7 @@ mod chombo;
 pub mod demo;
 mod error;
 mod hdf5;
+mod mapped_file;
 mod open;
 pub mod output;
 pub mod picture;

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use crate::FormatError;
 
-/// Reads n world positions: a NumPy array of shape (n, 3), or text with three numbers a line, separated by commas or
-/// blanks, where one line of column names may come first and lines that start with `#` are comments.
+/// Reads n world positions: a NumPy array of shape (n, 3), or text with three numbers a line, separated by commas,
+/// semicolons or blanks, where one line of column names may come first and lines that start with `#` are comments.
 ///
 /// # Errors
 /// [`FormatError`] names the line that is no point.
@@ -51,11 +51,15 @@ fn text_points(path: &Path, bytes: &[u8]) -> Result<Vec<[f64; 3]>, FormatError> 
         if line.is_empty() || line.starts_with('#') {
             continue;
         }
-        let words: Vec<&str> = line.split([',', ';', ' ', '\t']).filter(|word| !word.is_empty()).collect();
+        let words: Vec<&str> = match line.contains([',', ';']) {
+            // A place without a number is one that was forgotten.
+            true => line.split([',', ';']).map(str::trim).collect(),
+            false => line.split_whitespace().collect(),
+        };
         let numbers: Option<Vec<f64>> = words.iter().map(|word| word.parse().ok()).collect();
         match numbers.as_deref() {
             Some(&[x, y, z]) => points.push([x, y, z]),
-            _ if may_be_header && words.iter().all(|word| word.parse::<f64>().is_err()) => {}
+            _ if may_be_header && words.iter().all(|word| !word.is_empty() && word.parse::<f64>().is_err()) => {}
             _ => {
                 let shown: String = line.chars().take(40).collect();
                 let problem = format!("{shown:?} is no point, expected three numbers");
@@ -90,7 +94,9 @@ mod tests {
     fn a_bad_line_is_named() {
         let error = read("p.csv", b"x,y,z\n1,2,3\n1,2\n").unwrap_err().to_string();
         assert!(error.ends_with("p.csv: line 3: \"1,2\" is no point, expected three numbers"), "{error}");
-        assert!(read("p.csv", b"1,2,x\n").is_err());
+        for bad in ["1,2,x", "0.5,,0.5,0.5", ",1,2,3", "1,2,3,", "1;;2;3", "1 2,3", ",,"] {
+            assert!(read("p.csv", bad.as_bytes()).is_err(), "{bad}");
+        }
         assert!(read("p.csv", b"x,y,z\nx,y,z\n").is_err());
     }
 

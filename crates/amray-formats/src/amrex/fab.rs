@@ -3,7 +3,6 @@
 //! `FAB`, the number format, the box (ghost cells included) and the number of components are a line of text (from
 //! version 2 of `Cell_H` on there is none); then the components one after the other, each x fastest.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,8 +11,8 @@ use memmap2::Mmap;
 
 use super::multifab::{FabOnDisk, MultiFab};
 use super::real_format::{REAL_FORMAT, RealFormat};
-use super::text::{INDEX_BOX, Scanner, open_file, shown};
-use crate::FormatError;
+use super::text::{INDEX_BOX, Scanner, shown};
+use crate::{FormatError, mapped_file};
 
 /// No FAB header is longer than this.
 const LONGEST_HEADER: usize = 1024;
@@ -69,9 +68,7 @@ impl SwapBytes for f64 {
 
 impl DataFile {
     pub(super) fn open(path: &Path) -> Result<Self, FormatError> {
-        let file = open_file(path)?;
-        let map = map(&file).map_err(FormatError::io(path, "map"))?;
-        Ok(Self { path: path.into(), map: Arc::new(map) })
+        Ok(Self { path: path.into(), map: mapped_file::map(path)? })
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -82,13 +79,6 @@ impl DataFile {
     pub(super) fn bytes(&self) -> u64 {
         self.map.len() as u64
     }
-}
-
-#[allow(unsafe_code)]
-fn map(file: &File) -> std::io::Result<Mmap> {
-    // SAFETY: values are read as plain numbers, for which any bytes will do, so that another program that writes to
-    // the file cannot break an invariant; that it must not be truncated is said at `ValueBuffer::mapped`.
-    unsafe { Mmap::map(file) }
 }
 
 impl Fab {

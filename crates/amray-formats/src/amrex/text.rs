@@ -9,6 +9,7 @@ use std::str::FromStr;
 use amray::hierarchy::IndexBox;
 
 use crate::FormatError;
+use crate::mapped_file::open_regular;
 
 /// No line of a plotfile comes near this; a damaged file must not fill the memory.
 const LONGEST_LINE: u64 = 1 << 20;
@@ -30,7 +31,7 @@ pub(super) struct LineReader {
 
 impl LineReader {
     pub(super) fn open(path: &Path) -> Result<Self, FormatError> {
-        let reader = BufReader::new(open_file(path)?);
+        let reader = BufReader::new(open_regular(path)?);
         Ok(Self { path: path.into(), reader, number: 0, line: Vec::new() })
     }
 
@@ -74,15 +75,6 @@ pub(super) fn shown(line: &[u8]) -> String {
         Some((end, _)) => format!("{:?}...", &line[..end]),
         None => format!("{line:?}"),
     }
-}
-
-/// Opens a regular file; anything else (a directory, a pipe that nobody writes to) is refused before it can block.
-pub(super) fn open_file(path: &Path) -> Result<File, FormatError> {
-    let error = FormatError::io(path, "open");
-    if !std::fs::metadata(path).map_err(&error)?.is_file() {
-        return Err(error(std::io::Error::other("not a regular file")));
-    }
-    File::open(path).map_err(error)
 }
 
 /// A relative path that stays below the directory it starts from; `None` for any other.

@@ -148,7 +148,11 @@ impl Demo {
         Ok(made.expect("bricks were made aligned, disjoint and inside the domain"))
     }
 
-    fn check(&self) -> Result<(), DemoError> {
+    /// Whether every parameter is in its range.
+    ///
+    /// # Errors
+    /// [`DemoError::Parameter`] names the first that is not.
+    pub fn check(&self) -> Result<(), DemoError> {
         let require = |holds: bool, name, found: &dyn ToString, expected| {
             let found = found.to_string();
             if holds { Ok(()) } else { Err(DemoError::Parameter { name, found, expected }) }

@@ -7,8 +7,6 @@ mod data_set;
 mod group;
 mod number;
 
-use std::fs::File;
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -17,7 +15,7 @@ use hdf5_reader::storage::BytesStorage;
 use hdf5_reader::{DEFAULT_MAX_OBJECT_HEADER_BYTES, Hdf5File, OpenOptions};
 use memmap2::Mmap;
 
-use crate::FormatError;
+use crate::{FormatError, mapped_file};
 
 pub(crate) use data_set::{Hdf5Set, Storage};
 pub(crate) use group::Hdf5Group;
@@ -53,15 +51,7 @@ impl Hdf5 {
     /// # Errors
     /// [`FormatError`] where the file cannot be read, is shorter than it says, or is of an unknown version.
     pub(crate) fn open(path: &Path) -> Result<Option<Self>, FormatError> {
-        let file = File::open(path).map_err(FormatError::io(path, "open"))?;
-        if file.metadata().map_err(FormatError::io(path, "read"))?.is_dir() {
-            let source = io::ErrorKind::IsADirectory.into();
-            return Err(FormatError::Io { path: path.into(), action: "read", source });
-        }
-        // SAFETY: the map is only read. Truncating the file meanwhile makes reads past its new end a bus error, which
-        // is the known price of using values in place.
-        #[allow(unsafe_code)]
-        let map = Arc::new(unsafe { Mmap::map(&file) }.map_err(FormatError::io(path, "map"))?);
+        let map = mapped_file::map(path)?;
         let options = OpenOptions::default()
             .with_chunk_cache_bytes(0)
             .with_max_read_bytes(map.len().saturating_mul(LARGEST_COMPRESSION))
@@ -169,6 +159,6 @@ mod tests {
             std::fs::write(&path, content).unwrap();
             assert!(Hdf5::open(&path).unwrap().is_none());
         }
-        assert!(Hdf5::open(directory.path()).is_err_and(|error| error.to_string().contains("cannot read")));
+        assert!(Hdf5::open(directory.path()).is_err_and(|error| error.to_string().contains("not a regular file")));
     }
 }

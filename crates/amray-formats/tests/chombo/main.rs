@@ -7,8 +7,12 @@ mod storage;
 mod variants;
 
 use std::path::Path;
+use std::sync::Arc;
 
+use amray::Volume;
 use amray::hierarchy::Field;
+use amray::index::Index;
+use amray::reconstruction::Method;
 use amray_formats::{ChomboFile, DataSet, FormatError, OpenOptions};
 
 fn open(path: &Path) -> ChomboFile {
@@ -21,11 +25,23 @@ fn read(data: &ChomboFile, field: usize) -> Field {
 
 /// The message of the error that opening the file, or reading its fields, gives, without the path.
 fn failure(path: &Path, options: &OpenOptions) -> Option<String> {
-    let result = ChomboFile::open(path, options).and_then(|data| {
-        let fields = 0..data.fields().len();
-        fields.map(|field| data.read_field(field, &|_| {})).find_map(Result::err).map_or(Ok(()), Err)
-    });
-    result.err().map(|error| message(path, &error))
+    ChomboFile::open(path, options).and_then(|data| sample_all(&data)).err().map(|error| message(path, &error))
+}
+
+/// Reads every field and samples a point of each.
+fn sample_all(data: &ChomboFile) -> Result<(), FormatError> {
+    // Damage can make a mesh that is sound, but takes its time.
+    let few = data.hierarchy().cells() < 1_000_000;
+    let index = few.then(|| Arc::new(Index::build(data.hierarchy().clone())));
+    for field in 0..data.fields().len() {
+        let values = data.read_field(field, &|_| {})?;
+        if let Some(index) = &index {
+            let [low, high] = data.hierarchy().bounds();
+            let middle = std::array::from_fn(|axis| low[axis] + (high[axis] - low[axis]) / 2.0);
+            Volume::new(index.clone(), values, Method::Basis).sample(&[middle]);
+        }
+    }
+    Ok(())
 }
 
 fn message(path: &Path, error: &FormatError) -> String {

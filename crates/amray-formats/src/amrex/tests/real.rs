@@ -2,18 +2,13 @@
 //! the files' bytes by other means.
 
 use amray::hierarchy::{IndexBox, Residence};
+use amray_testing::real_data;
 
 use super::*;
 
-/// `None`, and a line that says so, where the data are not there.
-#[allow(clippy::print_stderr)]
+/// One of AMReX's plotfiles.
 fn data(name: &str) -> Option<PathBuf> {
-    let shared = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data");
-    let path = Path::new(&std::env::var("AMRAY_DATA").unwrap_or(shared.into())).join("amrex").join(name);
-    if !path.is_dir() {
-        eprintln!("skipped: no {} (set AMRAY_DATA)", path.display());
-    }
-    path.is_dir().then_some(path)
+    real_data(&format!("amrex/{name}"))
 }
 
 struct Expected {
