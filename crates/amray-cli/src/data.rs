@@ -45,7 +45,7 @@ pub(crate) struct Opened {
     pub(crate) volume: Volume,
     /// Seconds to open the files and read or map the field.
     pub(crate) open_seconds: f64,
-    /// Seconds to build the index and its value ranges.
+    /// Seconds to build the index.
     pub(crate) index_seconds: f64,
 }
 
@@ -110,10 +110,8 @@ impl VolumeArguments {
         }
         let open_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let volume = with_spinner("indexing", || {
-            let index = Arc::new(Index::build(data.hierarchy().clone()));
-            Volume::new(index, field, self.method)
-        });
+        let index = with_spinner("indexing", || Arc::new(Index::build(data.hierarchy().clone())));
+        let volume = Volume::new(index, field, self.method);
         Ok(Opened { volume, open_seconds, index_seconds: start.elapsed().as_secs_f64() })
     }
 }

@@ -15,7 +15,7 @@ use serde::Serialize;
 
 use crate::appearance::AppearanceArguments;
 use crate::data::{DataArguments, Opened, VolumeArguments};
-use crate::progress::with_progress;
+use crate::progress::{with_progress, with_spinner};
 use crate::view::ViewArguments;
 use crate::{memory, number, print};
 
@@ -71,6 +71,7 @@ pub(crate) struct Report {
     pub(crate) output: PathBuf,
     size: [usize; 2],
     open_seconds: f64,
+    /// To build the index and its value ranges.
     index_seconds: f64,
     /// The last frame's.
     frame_seconds: f64,
@@ -129,6 +130,9 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     // What cannot be written is better known before the work than after it.
     check_writable(&output)?;
     let Opened { volume, open_seconds, index_seconds } = arguments.volume.open()?;
+    let start = Instant::now();
+    with_spinner("value ranges", || volume.ranges());
+    let index_seconds = index_seconds + start.elapsed().as_secs_f64();
     let function = arguments.appearance.transfer_function(&arguments.volume.data, &volume)?;
     let scene = Scene {
         transfer_function: function.scaled_opacity(arguments.opacity),
