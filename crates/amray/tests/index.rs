@@ -190,7 +190,7 @@ fn the_index_is_small_beside_bricks_of_16() {
     let share = (index.bytes() + ranges.bytes()) as f64 / (4 * hierarchy.cells()) as f64;
     assert!(share < 0.05, "{share} of single-precision values");
     let regions_per_brick = index.regions().len() as f64 / hierarchy.brick_count() as f64;
-    assert!(regions_per_brick < 5.0, "{regions_per_brick}");
+    assert!(regions_per_brick < 3.0, "{regions_per_brick}");
 }
 
 #[test]
