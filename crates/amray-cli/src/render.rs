@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use amray::appearance::{Picture, TransferFunction, color_bar};
+use amray::appearance::{Picture, TransferFunction, automatic, color_bar};
 use amray::render::{Film, RenderOptions, RenderStatistics, render};
 use amray::scene::Scene;
 use amray_formats::FormatError;
@@ -18,9 +18,6 @@ use crate::data::{DataArguments, Opened, VolumeArguments};
 use crate::progress::{with_progress, with_spinner};
 use crate::view::ViewArguments;
 use crate::{memory, number, print};
-
-/// The domain's longest side holds this many unit distances.
-const UNIT_DISTANCES: f64 = 100.0;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -136,7 +133,7 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     let function = arguments.appearance.transfer_function(&arguments.volume.data, &volume)?;
     let scene = Scene {
         transfer_function: function.scaled_opacity(arguments.opacity),
-        unit_distance: arguments.unit_distance.unwrap_or(volume.hierarchy().longest_side() / UNIT_DISTANCES),
+        unit_distance: arguments.unit_distance.unwrap_or(volume.hierarchy().longest_side() / automatic::UNIT_DISTANCES),
         camera: arguments.view.camera(&volume, arguments.size)?,
         volume: &volume,
     };
@@ -184,15 +181,15 @@ fn frames(scene: &Scene, options: &RenderOptions, repeat: Option<u16>) -> (Film,
     if repeat.is_some() {
         frame("warm-up");
     }
-    let (mut film, mut statistics, seconds) = frame("rendering");
-    let mut all = vec![seconds];
-    for _ in 1..repeat.unwrap_or(1) {
-        let (again, statistics_again, seconds) = frame("rendering");
-        film = again;
-        statistics = statistics_again;
+    let count = usize::from(repeat.unwrap_or(1));
+    let mut all = Vec::with_capacity(count);
+    loop {
+        let (film, statistics, seconds) = frame("rendering");
         all.push(seconds);
+        if all.len() == count {
+            return (film, statistics, all);
+        }
     }
-    (film, statistics, all)
 }
 
 fn write_picture(

@@ -27,7 +27,7 @@ fn points(hierarchy: &Hierarchy, count: usize, random: &mut Random) -> Vec<[f64;
     for (level, description) in hierarchy.levels().iter().enumerate() {
         for _ in 0..count {
             let number = random.integer(0, description.bricks().len() as i64 - 1) as usize;
-            let around = description.bricks()[number].grown(1).intersection(&description.domain());
+            let around = description.bricks()[number].grown([1; 3]).intersection(&description.domain());
             let corners = [around.low, around.high].map(|corner| corner.map(|index| index as f64));
             points.push(hierarchy.to_world(level, random.point(corners)));
         }

@@ -112,14 +112,15 @@ impl Volume {
     }
 
     fn for_each_leaf_cell(&self, region: usize, cells: &IndexBox, visit: &mut impl FnMut(LeafCell)) {
-        let Some(level) = self.index.regions()[region].finest_level() else { return };
+        let shown = &self.index.regions()[region];
+        let Some((level, place)) = shown.finest_level().and_then(|level| self.index.finest_brick(shown, level)) else {
+            return;
+        };
         let description = &self.hierarchy().levels()[level];
         let volume = description.cell_size().iter().product();
-        let Some((_, place)) = self.index.finest_brick(&self.index.regions()[region], level) else { return };
         let low = description.brick_at(place).low;
-        let inside = |corner: [i64; 3]| std::array::from_fn(|axis| (corner[axis] - low[axis]) as usize);
         with_voxels!(self.field.values(), bricks => self.index.for_each_leaf_box(region, cells, &mut |leaves| {
-            bricks[place].for_each(inside(leaves.low), inside(leaves.high), |value| {
+            bricks[place].for_each_in(low, &leaves, |value| {
                 visit(LeafCell { value: value.to_f64(), level, volume });
             });
         }));

@@ -42,7 +42,7 @@ impl Case {
         let level = random.integer(0, levels.len() as i64 - 1) as usize;
         let bricks = levels[level].bricks();
         let brick = bricks[random.integer(0, bricks.len() as i64 - 1) as usize];
-        let grown = brick.grown(1).intersection(&levels[level].domain());
+        let grown = brick.grown([1; 3]).intersection(&levels[level].domain());
         let corners = [grown.low, grown.high].map(|corner| corner.map(|index| index as f64));
         self.hierarchy.to_world(level, random.point(corners))
     }

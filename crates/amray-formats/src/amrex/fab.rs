@@ -98,7 +98,7 @@ impl Fab {
         })?;
         let header = match multifab.format {
             Some(format) => {
-                let stored = grown(cells, multifab.ghosts);
+                let stored = cells.grown(multifab.ghosts);
                 FabHeader { format, stored, components: multifab.components, bytes: 0 }
             }
             None => FabHeader::parse(&file.map[offset..])?,
@@ -167,14 +167,6 @@ impl FabHeader {
         let components = text.number().ok_or_else(|| malformed("a number of components"))?;
         Ok(Self { format, stored, components, bytes: length + 1 })
     }
-}
-
-/// The box with more cells on both sides of each axis.
-pub(super) fn grown(cells: IndexBox, ghosts: [i64; 3]) -> IndexBox {
-    IndexBox::new(
-        std::array::from_fn(|axis| cells.low[axis] - ghosts[axis]),
-        std::array::from_fn(|axis| cells.high[axis] + ghosts[axis]),
-    )
 }
 
 #[cfg(test)]

@@ -131,7 +131,7 @@ mod tests {
         let hole = [35, 10, 34];
         let expected = |block: [i64; 3]| {
             IndexBox::new([21, 0, 26], [70, 39, 39]).contains(block)
-                && !IndexBox::new(hole, hole.map(|index| index + 1)).grown(1).contains(block)
+                && !IndexBox::new(hole, hole.map(|index| index + 1)).grown([1; 3]).contains(block)
         };
         let mut seen = 0;
         for tile in IndexBox::new([0; 3], [3; 3]).iter() {

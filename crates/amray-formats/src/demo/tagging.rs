@@ -16,7 +16,7 @@ pub(super) fn tagged_blocks(brick: &IndexBox, side: i64, how: &Refinement) -> Ve
     let density: Vec<f64> = cells.iter().map(|cell| field::at_centre(cell, side)[0]).collect();
     let [columns, rows, _] = cells.size();
     let strides = [1, columns as usize, (columns * rows) as usize];
-    let mut blocks = MarkedBlocks::within(&cells.grown(how.widest_buffer()), &domain, how.block());
+    let mut blocks = MarkedBlocks::within(&cells.grown([how.widest_buffer(); 3]), &domain, how.block());
     for (number, cell) in cells.iter().enumerate() {
         for axis in 0..3 {
             let mut neighbour = cell;
@@ -27,7 +27,7 @@ pub(super) fn tagged_blocks(brick: &IndexBox, side: i64, how: &Refinement) -> Ve
             let contrast = contrast(density[number], density[number + strides[axis]]);
             if contrast > how.threshold {
                 let pair = IndexBox::new(cell, neighbour.map(|index| index + 1));
-                blocks.mark(&pair.grown(how.buffer(contrast)));
+                blocks.mark(&pair.grown([how.buffer(contrast); 3]));
             }
         }
     }

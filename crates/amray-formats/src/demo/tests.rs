@@ -50,7 +50,7 @@ fn meshes_are_valid_and_properly_nested() {
             for found in fine.bricks() {
                 let aligned = |index: &i64| index % super::ALIGNMENT == 0 || *index == fine.domain().high[0];
                 assert!(found.low.iter().chain(&found.high).all(aligned), "{found}");
-                let needed = found.coarsened(fine.ratio()).grown(1).intersection(&coarse.domain());
+                let needed = found.coarsened(fine.ratio()).grown([1; 3]).intersection(&coarse.domain());
                 let covered = coarse.bricks().iter().map(|brick| brick.intersection(&needed).cells()).sum::<u64>();
                 assert_eq!(covered, needed.cells(), "{found}");
             }

@@ -19,8 +19,9 @@ const SIGNED_BALANCE: f64 = 0.25;
 const ZERO_BAND: f64 = 0.15;
 /// Opacity points, evenly spaced in position.
 const POINTS: usize = 33;
-/// Unit distances (see [`TransferFunction::prepared`]) along the domain's longest side.
-const UNIT_DISTANCES: f64 = 100.0;
+/// Unit distances (see [`TransferFunction::prepared`]) along the domain's longest side: what the opacities found here
+/// refer to.
+pub const UNIT_DISTANCES: f64 = 100.0;
 /// A ray that meets values of a share s of the volume does so on about s^WAY of its way: 1 is right for sheets across
 /// the domain, 1/3 for balls.
 const WAY: f64 = 0.5;

@@ -103,9 +103,12 @@ impl IndexBox {
         Self::new(first_at(self.low), first_at(self.high))
     }
 
-    /// The box with `cells` more cells on every side.
-    pub fn grown(&self, cells: i64) -> Self {
-        Self { low: self.low.map(|index| index - cells), high: self.high.map(|index| index + cells) }
+    /// The box with `cells` more cells on both sides of each axis.
+    pub fn grown(&self, cells: [i64; 3]) -> Self {
+        Self {
+            low: std::array::from_fn(|axis| self.low[axis] - cells[axis]),
+            high: std::array::from_fn(|axis| self.high[axis] + cells[axis]),
+        }
     }
 
     /// Every cell of the box, x fastest.
@@ -162,7 +165,7 @@ mod tests {
         let b = IndexBox::new([3, 3, 3], [6; 3]);
         assert_eq!(a.intersection(&b), IndexBox::new([3; 3], [4; 3]));
         assert!(a.intersects(&b) && !a.intersects(&IndexBox::new([4, 0, 0], [5; 3])));
-        assert!(a.grown(2).contains_box(&b) && !a.contains_box(&b));
+        assert!(a.grown([2; 3]).contains_box(&b) && !a.contains_box(&b));
         assert_eq!(a.clamp([-1, 2, 9]), [0, 2, 3]);
     }
 }

@@ -61,10 +61,9 @@ fn average_down<T: Voxel>(
     let size = cells.size();
     let count = (ratio[0] * ratio[1] * ratio[2]) as f64;
     for cell in shared.iter() {
-        let low: [usize; 3] = std::array::from_fn(|axis| (cell[axis] * ratio[axis] - fine_low[axis]) as usize);
-        let high = std::array::from_fn(|axis| low[axis] + ratio[axis] as usize);
+        let finer = IndexBox::new(cell, cell.map(|index| index + 1)).refined(ratio);
         let mut sum = 0.0;
-        fine.for_each(low, high, |value| sum += value.to_f64());
+        fine.for_each_in(fine_low, &finer, |value| sum += value.to_f64());
         let [i, j, k]: [i64; 3] = std::array::from_fn(|axis| cell[axis] - cells.low[axis]);
         values[(i + size[0] * (j + size[1] * k)) as usize] = T::from_f64(sum / count);
     }

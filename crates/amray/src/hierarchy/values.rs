@@ -9,6 +9,8 @@ use std::sync::Arc;
 use memmap2::Mmap;
 use thiserror::Error;
 
+use super::IndexBox;
+
 /// A number type that a cell can hold.
 pub trait Voxel: Copy + Send + Sync + fmt::Debug + sealed::AnyBitPattern + 'static {
     /// The value as f64, exactly.
@@ -240,6 +242,18 @@ impl<T: Voxel> BrickValues<T> {
                 }
             }
         }
+    }
+
+    /// Calls `visit` with every value of `cells`, in indices of the level, x fastest; `low` is the brick's low corner.
+    ///
+    /// # Panics
+    /// Where the box reaches outside the brick.
+    #[inline]
+    pub fn for_each_in(&self, low: [i64; 3], cells: &IndexBox, visit: impl FnMut(T)) {
+        let inside = |corner: [i64; 3]| {
+            std::array::from_fn(|axis| usize::try_from(corner[axis] - low[axis]).expect("the box starts in the brick"))
+        };
+        self.for_each(inside(cells.low), inside(cells.high), visit);
     }
 
     #[inline]

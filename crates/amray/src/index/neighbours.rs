@@ -100,10 +100,7 @@ impl<'a> Survey<'a> {
         let size = self.index.hierarchy.levels()[level].finest_cells();
         // A region's leaf cells fill its box or go on in a region of the same brick, unless one is covered in part.
         let whole = if self.index.may_cover_partly { cells.coarsened(size).refined(size) } else { *cells };
-        IndexBox {
-            low: std::array::from_fn(|axis| 2 * whole.low[axis] - size[axis]),
-            high: std::array::from_fn(|axis| 2 * whole.high[axis] + size[axis]),
-        }
+        whole.refined([2; 3]).grown(size)
     }
 
     /// Calls `visit` with every region, also the one that is described, that may reach into its `cells` or be reached
@@ -146,10 +143,7 @@ fn interior(
     let description = &index.hierarchy.levels()[level];
     let size = description.finest_cells();
     let brick = description.brick_at(brick).refined(size).refined([2; 3]);
-    let inside = IndexBox {
-        low: std::array::from_fn(|axis| brick.low[axis] + size[axis]),
-        high: std::array::from_fn(|axis| brick.high[axis] - size[axis]),
-    };
+    let inside = brick.grown(size.map(|cells| -cells));
     let mut interior = inside.intersection(&cells.refined([2; 3]));
     // Neighbours across a face first: what they take mostly settles those across an edge or a corner.
     neighbours.sort_by_key(|neighbour| neighbour.apart);

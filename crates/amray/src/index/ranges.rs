@@ -103,10 +103,8 @@ fn widen<T: Voxel>(
     brick: usize,
     piece: &IndexBox,
 ) {
-    let description = &index.hierarchy.levels()[level];
-    let low = description.brick_at(brick).low;
-    let inside = |corner: [i64; 3]| std::array::from_fn(|axis| (corner[axis] - low[axis]) as usize);
-    bricks[brick].for_each(inside(piece.low), inside(piece.high), |value| {
+    let low = index.hierarchy.levels()[level].brick_at(brick).low;
+    bricks[brick].for_each_in(low, piece, |value| {
         let value = value.to_f64();
         if value.is_finite() {
             range[0] = range[0].min(value);

@@ -90,7 +90,7 @@ impl Synthetic {
     }
 
     fn append_fab(&self, bytes: &mut Vec<u8>, level: usize, cells: &IndexBox) {
-        let stored = super::fab::grown(*cells, self.ghosts);
+        let stored = cells.grown(self.ghosts);
         if self.version == 1 {
             bytes.extend(format!("FAB {}{} 2\n", self.real_format(), box_text(stored)).bytes());
         }
