@@ -62,6 +62,7 @@ pub mod index;
 pub mod reconstruction;
 pub mod render;
 pub mod scene;
+pub mod simd;
 mod volume;
 
 pub use volume::{LeafCell, Volume};
