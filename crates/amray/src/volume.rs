@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::hierarchy::{Field, Hierarchy, IndexBox, Voxel, with_voxels};
 use crate::index::{Index, ValueRanges};
+use crate::padded::{PaddedField, Plan};
 use crate::reconstruction::{Method, Sampler};
 
 /// One field over its index, with a reconstruction.
@@ -15,6 +16,8 @@ pub struct Volume {
     field: Field,
     /// Made when first asked for: samples and statistics do without.
     ranges: OnceLock<ValueRanges>,
+    /// Made when first rendered.
+    padded: OnceLock<(PaddedField, Plan)>,
     method: Method,
 }
 
@@ -36,7 +39,7 @@ impl Volume {
     /// Where the field belongs to another hierarchy with a different number of bricks.
     pub fn new(index: Arc<Index>, field: Field, method: Method) -> Self {
         assert_eq!(field.brick_count(), index.hierarchy().brick_count(), "bricks of the field and of the index");
-        Self { index, field, ranges: OnceLock::new(), method }
+        Self { index, field, ranges: OnceLock::new(), padded: OnceLock::new(), method }
     }
 
     /// The spatial index.
@@ -57,6 +60,15 @@ impl Volume {
     /// What values the samples in each region can take. The first call looks at every value.
     pub fn ranges(&self) -> &ValueRanges {
         self.ranges.get_or_init(|| ValueRanges::build(&self.index, &self.field))
+    }
+
+    /// The field made ready for marching. The first call copies every value.
+    pub(crate) fn padded(&self) -> &(PaddedField, Plan) {
+        self.padded.get_or_init(|| {
+            let field = PaddedField::build(self);
+            let plan = Plan::new(&self.index, self.method, field.starts());
+            (field, plan)
+        })
     }
 
     /// The reconstruction.

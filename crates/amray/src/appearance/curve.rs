@@ -15,6 +15,11 @@ impl<const N: usize> Curve<N> {
         Self { positions, values }
     }
 
+    /// The points' positions, ascending.
+    pub(super) fn positions(&self) -> &[f64] {
+        &self.positions
+    }
+
     /// The value at `position`, and right after it.
     #[inline]
     pub(super) fn at(&self, position: f64) -> [f64; N] {

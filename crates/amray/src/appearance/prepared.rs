@@ -71,6 +71,45 @@ impl PreparedTransferFunction {
         }
     }
 
+    /// How values lie along the curves.
+    pub(super) fn scale(&self) -> Scale {
+        self.scale
+    }
+
+    /// The length that opacities are of; 1 for extinctions.
+    pub(super) fn unit_distance(&self) -> f64 {
+        match self.quantity {
+            Quantity::OpacityOf(distance) => distance,
+            Quantity::Extinction => 1.0,
+        }
+    }
+
+    /// The positions of all points, ascending, each once.
+    pub(super) fn point_positions(&self) -> Vec<f64> {
+        let mut positions = [self.colors.positions(), self.opacity.positions()].concat();
+        positions.sort_by(f64::total_cmp);
+        positions.dedup();
+        positions
+    }
+
+    /// The lowest and the highest position of a point.
+    pub(super) fn position_range(&self) -> [f64; 2] {
+        let positions = self.point_positions();
+        [positions[0], positions[positions.len() - 1]]
+    }
+
+    /// Extinction, red, green and blue right before a position.
+    pub(super) fn before(&self, position: f64) -> [f64; 4] {
+        let ([opacity], [red, green, blue]) = (self.opacity.left_of(position), self.colors.left_of(position));
+        [self.extinction(opacity), red, green, blue]
+    }
+
+    /// Extinction, red, green and blue at, and right behind, a position.
+    pub(super) fn after(&self, position: f64) -> [f64; 4] {
+        let ([opacity], [red, green, blue]) = (self.opacity.at(position), self.colors.at(position));
+        [self.extinction(opacity), red, green, blue]
+    }
+
     #[inline]
     fn extinction(&self, opacity: f64) -> f64 {
         match self.quantity {

@@ -35,7 +35,7 @@ pub struct Index {
 
 /// A node of the tree; a node's low child follows it directly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Node {
+pub(crate) enum Node {
     /// Cuts its box across `axis` at the low face of the finest level's cells `plane`.
     Inner { axis: u8, plane: i64, high: u32 },
     /// The place of the region in [`Index::regions`].
@@ -106,6 +106,16 @@ impl Index {
     /// The domain in cells of the finest level.
     pub fn domain(&self) -> IndexBox {
         self.domain
+    }
+
+    /// The nodes of the tree, the root first.
+    pub(crate) fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// Whether finer bricks may cover a cell in part.
+    pub(crate) fn may_cover_partly(&self) -> bool {
+        self.may_cover_partly
     }
 
     /// The regions; together they fill the domain.

@@ -34,6 +34,14 @@ impl<'a, T: Voxel> Sampler<'a, T> {
         Self { index, bricks, method }
     }
 
+    pub(crate) fn index(&self) -> &'a Index {
+        self.index
+    }
+
+    pub(crate) fn bricks(&self) -> &'a [BrickValues<T>] {
+        self.bricks
+    }
+
     /// The value at a world position; NaN outside the domain and in holes, and where a non-finite cell takes part.
     /// The domain's boundary belongs to it.
     pub fn sample_world(&self, point: [f64; 3]) -> f64 {

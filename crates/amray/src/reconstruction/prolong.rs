@@ -6,7 +6,7 @@ use crate::hierarchy::Voxel;
 impl<T: Voxel> Sampler<'_, T> {
     /// f_l = a_l g_l + (1 - a_l) f_(l-1), where g_l is trilinear on the actual cells of `level` and, at virtual
     /// corners, on the values that f_(l-1) has at their centres. `None` where no level up to `level` has a value.
-    pub(super) fn prolong(&self, level: usize, point: [f64; 3]) -> Option<f64> {
+    pub(crate) fn prolong(&self, level: usize, point: [f64; 3]) -> Option<f64> {
         let (mut sum, mut weight, mut actual) = (0.0, 0.0, 0.0);
         let mut virtual_corners = [([0i64; 3], 0.0); 8];
         let mut virtual_count = 0;

@@ -1,310 +1,331 @@
-//! One ray: its samples on a lattice of steps, composited front to back.
+//! Marching: a packet of rays visits the regions that are seen, front to back, and samples them with no search.
 
-use super::{RenderOptions, RenderStatistics};
-use crate::appearance::PreparedTransferFunction;
-use crate::hierarchy::{BrickValues, Voxel};
-use crate::index::{Index, Ray, RegionSpan};
-use crate::reconstruction::Sampler;
-use crate::scene::{Camera, CameraRay, Scene};
+use std::ops::Range;
+
+use fearless_simd::prelude::*;
+
+use super::RenderStatistics;
+use super::packet::Packet;
+use super::traverse::{Span, Visitor};
+use super::visibility::{RegionLook, Visibility};
+use crate::appearance::{Interval, Light, Place, Segments, Window};
+use crate::padded::{Evaluator, RegionPlan};
+use crate::simd::{Floats, Gather, Integers, LANES, Mask};
 
 /// What is still visible below this transmittance would change no 8-bit picture.
-const OPAQUE: f32 = 1.0 / 4096.0;
+pub(super) const OPAQUE: f32 = 1.0 / 4096.0;
 
-/// Everything that the rays of a picture share.
-pub(super) struct Marcher<'a, T> {
-    index: &'a Index,
-    sampler: Sampler<'a, T>,
-    transfer_function: PreparedTransferFunction,
-    /// Per region, whether any value in it is visible.
-    visible: Vec<bool>,
-    camera: Camera,
-    options: RenderOptions,
-    /// What the seed becomes: from 0 to 1, and 0 for seed 0.
-    phase: f64,
+/// Everything that the packets of a picture share.
+#[derive(Clone, Copy)]
+pub(super) struct March<'a> {
+    pub(super) evaluator: Evaluator<'a>,
+    pub(super) segments: &'a Segments,
+    pub(super) visibility: &'a Visibility,
 }
 
-/// What a ray has collected so far.
-struct Light {
-    color: [f32; 3],
-    transmittance: f32,
+/// A packet under way: light that it has collected and where its last samples were.
+///
+/// Samples lie on one lattice along each ray, shifted per pixel; a finer region's lattice holds the points of a coarser
+/// one's. Light is added for the interval between a sample and the one before, wherever that was. Where rays come out
+/// of what is invisible, or out of nowhere, their first sample is on the region's face.
+pub(super) struct Marcher<'a, S: Gather> {
+    simd: S,
+    march: March<'a>,
+    packet: &'a Packet<S>,
+    /// Where the rays leave the volume.
+    end: Floats<S>,
+    pub(super) light: Light<S>,
+    /// Rays through which something behind can be seen.
+    clear: Mask<S>,
+    /// Rays that have a sample to go on from.
+    begun: Mask<S>,
+    /// That sample.
+    last: Place<S>,
+    last_at: [f64; LANES],
+    pub(super) statistics: RenderStatistics,
 }
 
-/// A stretch of a ray through leaf cells of one level.
-struct Run {
-    level: usize,
-    /// The length of a whole sample interval.
-    step: f64,
-    /// Where the next sample's interval starts.
-    from: f64,
+/// Rays in a region's padded coordinates: `start + t * direction`.
+struct LocalRays {
+    start: [[f64; LANES]; 3],
+    direction: [[f64; LANES]; 3],
 }
 
-impl<'a, T: Voxel> Marcher<'a, T> {
-    pub(super) fn new(scene: &Scene<'a>, bricks: &'a [BrickValues<T>], options: &RenderOptions) -> Self {
-        let volume = scene.volume;
-        let transfer_function = scene.transfer_function.prepared(scene.unit_distance);
-        let visible = (0..volume.index().regions().len())
-            .map(|region| {
-                let [low, high] = volume.ranges().region(region).map(f64::from);
-                low <= high && transfer_function.max_extinction(low, high) > 0.0
-            })
-            .collect();
+impl<'a, S: Gather> Marcher<'a, S> {
+    #[inline(always)]
+    pub(super) fn new(
+        simd: S,
+        march: March<'a>,
+        packet: &'a Packet<S>,
+        span: &Span<S>,
+        statistics: RenderStatistics,
+    ) -> Self {
         Self {
-            index: volume.index(),
-            sampler: Sampler::new(volume.index(), bricks, volume.method()),
-            transfer_function,
-            visible,
-            camera: scene.camera,
-            options: *options,
-            // Neighbouring seeds land far apart; the golden ratio is left to a pixel's rays.
-            phase: (options.seed % (1 << 32)) as f64 * std::f64::consts::SQRT_2 % 1.0,
+            simd,
+            march,
+            packet,
+            end: span.leave,
+            light: Light::none(simd),
+            clear: span.enter.simd_lt(span.leave),
+            begun: Mask::splat(simd, false),
+            last: Place { position: Floats::splat(simd, 0.0), segment: Integers::splat(simd, 0) },
+            last_at: [0.0; LANES],
+            statistics,
         }
     }
 
-    /// The mean of the pixel's rays: premultiplied RGBA.
-    pub(super) fn pixel(&self, pixel: [usize; 2], statistics: &mut RenderStatistics) -> [f32; 4] {
-        let count = self.options.samples_per_pixel;
-        let mut sum = [0.0f32; 4];
-        for number in 0..count {
-            let place = place_in_pixel(number, count, self.phase);
-            let position = std::array::from_fn(|axis| pixel[axis] as f64 + place[axis]);
-            let shift = lattice_shift(pixel, self.phase + number as f64 * GOLDEN);
-            let color = self.trace(&self.camera.ray(self.options.size, position), shift, statistics);
-            sum = std::array::from_fn(|channel| sum[channel] + color[channel]);
-        }
-        sum.map(|channel| channel / count as f32)
-    }
-
-    /// Emission and absorption along the ray.
-    ///
-    /// Sample intervals are those of a lattice along the whole ray, shifted by `shift` of the coarsest step. A level's
-    /// step is the coarsest one halved until it is no longer than a cell, so finer lattices contain the coarser ones.
-    /// An interval is cut only where the leaf level changes: nothing is sampled twice or left out, and how a level is
-    /// cut into bricks does not show.
-    fn trace(&self, ray: &CameraRay, shift: f64, statistics: &mut RenderStatistics) -> [f32; 4] {
-        statistics.rays += 1;
-        let hierarchy = self.index.hierarchy();
-        let cell_size = hierarchy.levels()[hierarchy.finest_level()].cell_size();
-        let cells = Ray {
-            start: hierarchy.to_cells(hierarchy.finest_level(), ray.start),
-            direction: std::array::from_fn(|axis| ray.direction[axis] / cell_size[axis]),
-        };
-        let offset = shift * self.coarsest_step(ray);
-        let mut light = Light { color: [0.0; 3], transmittance: 1.0 };
-        let mut run: Option<Run> = None;
-        let mut end = 0.0;
-        for span in self.index.walk(cells, 0.0, f64::INFINITY) {
-            end = span.leave;
-            let level = self.index.regions()[span.region].finest_level();
-            if run.as_ref().map(|run| run.level) != level {
-                if let Some(ended) = run.take() {
-                    self.add_sample(&mut light, &cells, [ended.from, span.enter], None, statistics);
-                }
-                run = level.map(|level| Run { level, step: self.step(ray, level), from: span.enter });
-            }
-            let Some(Run { step, from, .. }) = &mut run else { continue };
-            let lattice = Lattice { offset, step: *step };
-            if self.visible[span.region] {
-                let mut to = lattice.after(*from);
-                while to <= span.leave {
-                    self.add_sample(&mut light, &cells, [*from, to], Some(&span), statistics);
-                    if light.transmittance < OPAQUE {
-                        return light.finished();
-                    }
-                    *from = to;
-                    to = lattice.after(to);
-                }
-            } else {
-                // An interval that begins in a visible region may have its middle there.
-                let to = lattice.after(*from);
-                if *from < span.enter && to <= span.leave {
-                    self.add_sample(&mut light, &cells, [*from, to], None, statistics);
-                    *from = to;
-                }
-                // Those that begin and end here need no look.
-                if *from >= span.enter {
-                    *from = from.max(lattice.last_up_to(span.leave));
-                }
+    /// The rays in a region's padded coordinates.
+    #[inline(always)]
+    fn local(&self, plan: &RegionPlan, level: u8) -> LocalRays {
+        let size = &self.march.evaluator.plan.finest_cells[usize::from(level)];
+        let (mut start, mut direction) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
+        for axis in 0..3 {
+            let scale = size[axis].recip();
+            for lane in 0..LANES {
+                start[axis][lane] = self.packet.start[axis][lane] * scale - plan.low[axis];
+                direction[axis][lane] = self.packet.direction[axis][lane] * scale;
             }
         }
-        if let Some(ended) = run {
-            self.add_sample(&mut light, &cells, [ended.from, end], None, statistics);
-        }
-        light.finished()
+        LocalRays { start, direction }
     }
 
-    /// Adds what the interval emits and absorbs, as its middle tells. `span` is the region that the ray is in, if the
-    /// middle may lie in it.
-    fn add_sample(
-        &self,
-        light: &mut Light,
-        cells: &Ray,
-        [from, to]: [f64; 2],
-        span: Option<&RegionSpan>,
-        statistics: &mut RenderStatistics,
+    /// Takes a sample on the region's face or in it, at `at`, and adds the interval that ends there for `joined` rays.
+    #[inline(never)]
+    fn sample_at(
+        &mut self,
+        region: usize,
+        local: &LocalRays,
+        at: &[f64; LANES],
+        rays: Mask<S>,
+        joined: Mask<S>,
+        window: Window,
     ) {
-        if to <= from {
+        let simd = self.simd;
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let plan = &self.march.evaluator.plan.regions[region];
+                let point = local.at(simd, at);
+                let value = self.march.evaluator.anywhere(simd, region, plan, point, rays);
+                let place = self.march.segments.place(simd, value, window);
+                let mut length = [0.0; LANES];
+                for lane in 0..LANES {
+                    length[lane] = (at[lane] - self.last_at[lane]) as f32;
+                }
+                self.add(place, Floats::from_slice(simd, &length), joined);
+                self.last = select(rays, place, self.last);
+                let at = *at;
+                for lane in 0..LANES {
+                    if rays.test(lane) {
+                        self.last_at[lane] = at[lane];
+                    }
+                }
+                self.statistics.samples += u64::from(rays.to_bitmask().count_ones());
+            },
+        );
+    }
+
+    /// Adds the interval from the last samples to `place`. Samples that are no numbers are as if they were like the
+    /// other end of their interval, over half of it.
+    #[inline(always)]
+    fn add(&mut self, place: Place<S>, length: Floats<S>, rays: Mask<S>) {
+        let simd = self.simd;
+        let mut interval = Interval { from: self.last, to: place, length };
+        let mut seen = rays;
+        let sum = self.last.position + place.position;
+        let unknown = sum.simd_ne(sum) & rays;
+        if unknown.any_true() {
+            let known_from = interval.from.position.simd_eq(interval.from.position);
+            let known_to = interval.to.position.simd_eq(interval.to.position);
+            seen &= known_from | known_to;
+            let half = length * Floats::splat(simd, 0.5);
+            interval = Interval {
+                from: select(known_from, interval.from, interval.to),
+                to: select(known_to, interval.to, interval.from),
+                length: unknown.select(half, length),
+            };
+        }
+        self.march.segments.add(simd, &mut self.light, &interval, seen);
+    }
+
+    /// The samples of a region that is seen.
+    #[inline(always)]
+    fn march_through(
+        &mut self,
+        region: usize,
+        plan: &RegionPlan,
+        look: &RegionLook,
+        local: &LocalRays,
+        span: &Span<S>,
+        rays: Mask<S>,
+    ) {
+        let simd = self.simd;
+        let zero = Floats::splat(simd, 0.0);
+        let [enter, leave]: [[f32; LANES]; 2] = [span.enter.into(), span.leave.into()];
+        let (mut first, mut count, mut step) = ([0.0f64; LANES], [0.0f64; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let length = self.packet.coarse_step[lane] * look.step;
+            let offset = self.packet.offset[lane];
+            let number = |place: f32| ((f64::from(place) - offset) / length).ceil();
+            let start = number(enter[lane]);
+            first[lane] = offset + start * length;
+            count[lane] = number(leave[lane]) - start;
+            step[lane] = length;
+        }
+        let mut start = [zero; 3];
+        let mut stride = [zero; 3];
+        let start_points = local.at(simd, &first);
+        for axis in 0..3 {
+            start[axis] = start_points[axis];
+            stride[axis] = floats(simd, |lane| local.direction[axis][lane] * step[lane]);
+        }
+        let counts = rays.select(floats(simd, |lane| count[lane]), zero);
+        let most = reduce(counts, f32::max);
+        if most < 1.0 {
             return;
         }
-        statistics.samples += 1;
-        let middle = (from + to) / 2.0;
-        let point = std::array::from_fn(|axis| cells.start[axis] + middle * cells.direction[axis]);
-        let value = match span {
-            Some(span) if span.enter <= middle => self.sampler.sample_in(span.region, point),
-            _ => self.sampler.sample(point),
-        };
-        let sample = self.transfer_function.sample(value);
-        let alpha = sample.alpha(to - from);
-        for (sum, channel) in light.color.iter_mut().zip(sample.color) {
-            *sum += light.transmittance * alpha * channel;
-        }
-        light.transmittance *= 1.0 - alpha;
-    }
-
-    /// The step on level 0: how far the ray goes through a cell's width, whatever its proportions.
-    fn coarsest_step(&self, ray: &CameraRay) -> f64 {
-        self.cell_length(ray, 0) / self.options.samples_per_cell
-    }
-
-    fn step(&self, ray: &CameraRay, level: usize) -> f64 {
-        // Rounding must not halve a step that fits exactly.
-        const SLACK: f64 = 1e-6;
-        let halvings = (self.cell_length(ray, 0) / self.cell_length(ray, level)).log2() - SLACK;
-        self.coarsest_step(ray) / halvings.ceil().max(0.0).exp2()
-    }
-
-    fn cell_length(&self, ray: &CameraRay, level: usize) -> f64 {
-        let cell_size = self.index.hierarchy().levels()[level].cell_size();
-        (0..3).map(|axis| (ray.direction[axis] / cell_size[axis]).powi(2)).sum::<f64>().sqrt().recip()
-    }
-}
-
-/// The ends of the sample intervals of one step along a ray.
-struct Lattice {
-    offset: f64,
-    step: f64,
-}
-
-impl Lattice {
-    /// The first end beyond `place`; infinite where steps are too small for the numbers.
-    fn after(&self, place: f64) -> f64 {
-        let number = ((place - self.offset) / self.step).floor() + 1.0;
-        [number, number + 1.0]
-            .into_iter()
-            .map(|number| self.offset + number * self.step)
-            .find(|end| *end > place)
-            .unwrap_or(f64::INFINITY)
-    }
-
-    /// The last end that is not beyond `place`.
-    fn last_up_to(&self, place: f64) -> f64 {
-        self.offset + ((place - self.offset) / self.step).floor() * self.step
-    }
-}
-
-impl Light {
-    fn finished(&self) -> [f32; 4] {
-        let [red, green, blue] = self.color;
-        [red, green, blue, 1.0 - self.transmittance]
-    }
-}
-
-/// Steps of this length cover a unit interval evenly.
-const GOLDEN: f64 = 0.618_033_988_749_894_8;
-
-/// Where the ray `number` of `count` passes a pixel: the centre, or points that cover it evenly from `phase` on (the R2
-/// sequence of Roberts, 2018, built on the plastic number).
-fn place_in_pixel(number: usize, count: usize, phase: f64) -> [f64; 2] {
-    if count == 1 {
-        return [0.5, 0.5];
-    }
-    const PLASTIC: f64 = 1.324_717_957_244_746;
-    [1.0 / PLASTIC, 1.0 / (PLASTIC * PLASTIC)].map(|step| (0.5 + phase + number as f64 * step).fract())
-}
-
-/// By how much of a step a pixel's lattice is shifted: neighbours differ as much as they can, so that what banding
-/// there is becomes fine noise (interleaved gradient noise, Jimenez 2014).
-fn lattice_shift([x, y]: [usize; 2], phase: f64) -> f64 {
-    let gradient = (0.067_110_56 * x as f64 + 0.005_837_15 * y as f64).fract();
-    ((52.982_918_9 * gradient).fract() + phase).fract()
-}
-
-#[cfg(test)]
-mod tests {
-    use std::sync::Arc;
-
-    use super::*;
-    use crate::Volume;
-    use crate::appearance::{ColorPoint, Opacity, OpacityPoint, Scale, TransferFunction};
-    use crate::hierarchy::{Field, FieldValues, Hierarchy, IndexBox, LevelDescription};
-    use crate::reconstruction::Method;
-    use crate::scene::Viewpoint;
-
-    /// Two levels of small bricks.
-    fn volume(method: Method) -> Volume {
-        let part = |low: i64, high: i64| IndexBox::new([low; 3], [high; 3]);
-        let split = |cells: IndexBox| {
-            cells.coarsened([4; 3]).iter().map(|corner| IndexBox::new(corner, corner.map(|i| i + 1)).refined([4; 3]))
-        };
-        let level = |ratio, size: i64, bricks: IndexBox| LevelDescription {
-            ratio: [ratio; 3],
-            cell_size: [1.0 / size as f64; 3],
-            domain: part(0, size),
-            bricks: split(bricks).collect(),
-        };
-        let levels = vec![level(1, 16, part(0, 16)), level(2, 32, part(8, 20))];
-        let hierarchy = Arc::new(Hierarchy::new([0.0; 3], levels).unwrap());
-        let field = Field::from_fn("value", &hierarchy, |level, [i, j, k]| {
-            // The distance from a corner, so that a shell of it is visible.
-            let [x, y, z] = [i, j, k].map(|index| index as f64 / (16 << level) as f64);
-            (x * x + y * y + z * z).sqrt()
-        });
-        Volume::new(Arc::new(Index::build(hierarchy)), field, method)
-    }
-
-    /// A shell of the distance that `volume` holds.
-    fn shell(volume: &Volume) -> Scene<'_> {
-        let peak = |value, opacity| OpacityPoint { value, opacity };
-        let opacity = Opacity::Extinction(vec![peak(0.6, 0.0), peak(0.65, 90.0), peak(0.7, 0.0)]);
-        let colors = vec![ColorPoint { value: 0.0, color: [1.0, 0.5, 0.2] }];
-        Scene {
-            volume,
-            transfer_function: TransferFunction::new(Scale::Linear, colors, opacity).unwrap(),
-            unit_distance: 0.01,
-            camera: Camera::new(Viewpoint::framing([[0.0; 3], [1.0; 3]], 30.0, 1.0)).unwrap(),
-        }
-    }
-
-    #[test]
-    fn skipping_what_is_invisible_changes_nothing() {
-        for (method, samples_per_cell) in Method::ALL.into_iter().flat_map(|m| [0.2, 1.0, 3.0].map(|rate| (m, rate))) {
-            let volume = volume(method);
-            let FieldValues::F64(bricks) = volume.field().values() else { unreachable!("the field was made of f64") };
-            let scene = shell(&volume);
-            let options = RenderOptions { size: [40, 40], samples_per_cell, ..RenderOptions::default() };
-            let skipping = Marcher::new(&scene, bricks, &options);
-            let skipped = skipping.visible.iter().filter(|visible| !**visible).count();
-            assert!(skipped > skipping.visible.len() / 4, "{skipped} of {} regions", skipping.visible.len());
-            let mut thorough = Marcher::new(&scene, bricks, &options);
-            thorough.visible.fill(true);
-            let [mut few, mut many] = [RenderStatistics::default(); 2];
-            for pixel in (0..1600).map(|number| [number % 40, number / 40]) {
-                let [with, without] = [skipping.pixel(pixel, &mut few), thorough.pixel(pixel, &mut many)];
-                let same = with.iter().zip(without).all(|(a, b)| (a - b).abs() < 1e-6);
-                assert!(same, "{method}, {samples_per_cell} samples per cell, {pixel:?}: {with:?} and {without:?}");
+        let mut length = floats(simd, |lane| first[lane] - self.last_at[lane]);
+        let whole_length = floats(simd, |lane| step[lane]);
+        let pure = pure_steps(simd, plan, &start, &stride, counts);
+        let evaluator = self.march.evaluator;
+        let segments = self.march.segments;
+        let mut number = 0.0f32;
+        while number < most {
+            let numbers = Floats::splat(simd, number);
+            let active = numbers.simd_lt(counts) & self.clear;
+            if active.all_false() {
+                break;
             }
-            // Intervals longer than a brick are seldom within one.
-            let most = if samples_per_cell < 1.0 { many.samples } else { many.samples * 3 / 4 };
-            assert!(few.samples < most, "{} of {} samples", few.samples, many.samples);
+            let mut point = start;
+            for axis in 0..3 {
+                point[axis] = numbers.mul_add(stride[axis], start[axis]);
+            }
+            let samples = u64::from(active.to_bitmask().count_ones());
+            let value = if pure.contains(&number) {
+                self.statistics.interior_samples += samples;
+                evaluator.pure(simd, plan, point)
+            } else {
+                evaluator.anywhere(simd, region, plan, point, active)
+            };
+            self.statistics.samples += samples;
+            let place = segments.place(simd, value, look.window);
+            self.add(place, length, active);
+            self.last = select(active, place, self.last);
+            self.clear &= self.light.transmittance.simd_ge(Floats::splat(simd, OPAQUE));
+            length = whole_length;
+            number += 1.0;
+        }
+        let counts: [f32; LANES] = counts.into();
+        for lane in 0..LANES {
+            if counts[lane] >= 1.0 {
+                self.last_at[lane] = first[lane] + (count[lane] - 1.0) * step[lane];
+            }
         }
     }
+}
 
-    #[test]
-    fn tiny_steps_end() {
-        let volume = volume(Method::Current);
-        let FieldValues::F64(bricks) = volume.field().values() else { unreachable!("the field was made of f64") };
-        let options = RenderOptions { size: [1, 1], samples_per_cell: 1e17, ..RenderOptions::default() };
-        let marcher = Marcher::new(&shell(&volume), bricks, &options);
-        // Steps that no longer move a number are none at all.
-        assert!(marcher.pixel([0, 0], &mut RenderStatistics::default())[3].is_finite());
+impl<S: Gather> Visitor<S> for Marcher<'_, S> {
+    #[inline(always)]
+    fn wanted(&mut self, node: usize, _: &Span<S>, rays: Mask<S>) -> Mask<S> {
+        let rays = rays & self.clear;
+        // Where nothing is seen, intervals that came from elsewhere still have to end.
+        if self.march.visibility.nodes[node] { rays } else { rays & self.begun }
     }
+
+    #[inline(always)]
+    fn visit(&mut self, region: usize, span: &Span<S>, rays: Mask<S>) {
+        let simd = self.simd;
+        let plan = &self.march.evaluator.plan.regions[region];
+        let look = &self.march.visibility.regions[region];
+        let [enter, leave]: [[f32; LANES]; 2] = [span.enter.into(), span.leave.into()];
+        let [enter, leave] = [enter.map(f64::from), leave.map(f64::from)];
+        self.statistics.region_visits += 1;
+        let Some(level) = plan.level else {
+            // A hole: the last value goes on up to it.
+            let length = floats(simd, |lane| enter[lane] - self.last_at[lane]);
+            self.add(self.last, length, rays & self.begun);
+            self.begun &= !rays;
+            return;
+        };
+        let local = self.local(plan, level);
+        if !look.visible {
+            let ending = rays & self.begun;
+            self.sample_at(region, &local, &enter, ending, ending, look.window);
+            self.begun &= !ending;
+            return;
+        }
+        let beginning = rays & !self.begun;
+        if beginning.any_true() {
+            self.sample_at(region, &local, &enter, beginning, Mask::splat(simd, false), look.window);
+            self.begun |= beginning;
+        }
+        self.march_through(region, plan, look, &local, span, rays);
+        let ending = rays & self.clear & span.leave.simd_ge(self.end);
+        if ending.any_true() {
+            self.sample_at(region, &local, &leave, ending, ending, look.window);
+            self.begun &= !ending;
+        }
+    }
+}
+
+impl LocalRays {
+    #[inline(always)]
+    fn at<S: Gather>(&self, simd: S, at: &[f64; LANES]) -> [Floats<S>; 3] {
+        [0, 1, 2].map(
+            #[inline(always)]
+            |axis| floats(simd, |lane| self.start[axis][lane] + at[lane] * self.direction[axis][lane]),
+        )
+    }
+}
+
+/// The steps, counted from 0, at which all rays are inside the region's pure box.
+#[inline(always)]
+fn pure_steps<S: Gather>(
+    simd: S,
+    plan: &RegionPlan,
+    start: &[Floats<S>; 3],
+    stride: &[Floats<S>; 3],
+    counts: Floats<S>,
+) -> Range<f32> {
+    if plan.is_pure {
+        return 0.0..f32::INFINITY;
+    }
+    let zero = Floats::splat(simd, 0.0);
+    let infinity = Floats::splat(simd, f32::INFINITY);
+    let (mut enter, mut leave) = (zero, infinity);
+    for axis in 0..3 {
+        let inverse = Floats::splat(simd, 1.0) / stride[axis];
+        let [a, b] = [0, 1].map(
+            #[inline(always)]
+            |side| (Floats::splat(simd, plan.pure[side][axis]) - start[axis]) * inverse,
+        );
+        enter = enter.max(a.min(b));
+        leave = leave.min(a.max(b));
+    }
+    // Rays that are through before they get there, or before they leave, do not matter.
+    let enter = enter.min(counts);
+    let leave = leave.simd_ge(counts - Floats::splat(simd, 1.0)).select(infinity, leave);
+    let used = counts.simd_gt(zero);
+    reduce(used.select(enter, zero), f32::max)..reduce(used.select(leave, infinity), f32::min)
+}
+
+#[inline(always)]
+fn select<S: Gather>(mask: Mask<S>, yes: Place<S>, no: Place<S>) -> Place<S> {
+    Place { position: mask.select(yes.position, no.position), segment: mask.select(yes.segment, no.segment) }
+}
+
+/// Lanes computed in double precision.
+#[inline(always)]
+fn floats<S: Gather>(simd: S, lane: impl Fn(usize) -> f64) -> Floats<S> {
+    let mut values = [0.0f32; LANES];
+    for (number, value) in values.iter_mut().enumerate() {
+        *value = lane(number) as f32;
+    }
+    Floats::from_slice(simd, &values)
+}
+
+#[inline(always)]
+fn reduce<S: Gather>(lanes: Floats<S>, combine: impl Fn(f32, f32) -> f32) -> f32 {
+    let lanes: [f32; LANES] = lanes.into();
+    lanes.into_iter().fold(lanes[0], combine)
 }

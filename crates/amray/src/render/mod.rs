@@ -1,21 +1,24 @@
 //! From rays to pixels: emission and absorption along each ray, tile by tile on all cores, into a film.
 
 mod film;
+mod frame;
 mod march;
+mod packet;
 mod slice;
+mod traverse;
+mod visibility;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::hierarchy::{Voxel, with_voxels};
 use crate::scene::Scene;
 
 pub use film::Film;
 pub use slice::{Axis, Slice, SliceImage, UnknownAxis};
 
-use march::Marcher;
+use frame::{Frame, Tile};
 
 /// Pixels per side of a tile: the unit of work that threads share out.
 const TILE: usize = 32;
@@ -46,6 +49,10 @@ pub struct RenderStatistics {
     pub rays: u64,
     /// Values that were reconstructed.
     pub samples: u64,
+    /// How many of them came from one brick alone.
+    pub interior_samples: u64,
+    /// How often a packet of rays came to a region.
+    pub region_visits: u64,
 }
 
 /// Renders a scene.
@@ -56,38 +63,29 @@ pub struct RenderStatistics {
 /// # Panics
 /// Where the scene's unit distance is not a positive finite number.
 pub fn render(scene: &Scene, options: &RenderOptions, progress: &(dyn Fn(f64) + Sync)) -> (Film, RenderStatistics) {
-    with_voxels!(scene.volume.field().values(), bricks => {
-        render_tiles(&Marcher::new(scene, bricks, options), options, progress)
-    })
-}
-
-fn render_tiles<T: Voxel>(
-    marcher: &Marcher<T>,
-    options: &RenderOptions,
-    progress: &(dyn Fn(f64) + Sync),
-) -> (Film, RenderStatistics) {
     let [width, height] = options.size;
-    let tiles: Vec<[usize; 2]> =
-        (0..height).step_by(TILE).flat_map(|y| (0..width).step_by(TILE).map(move |x| [x, y])).collect();
+    let tiles: Vec<Tile> = (0..height)
+        .step_by(TILE)
+        .flat_map(|y| (0..width).step_by(TILE).map(move |x| [x, y]))
+        .map(|corner| Tile { corner, size: [TILE.min(width - corner[0]), TILE.min(height - corner[1])] })
+        .collect();
+    let frame = Frame::new(scene, options);
     let film = Mutex::new(Film::new(options.size));
     let finished = AtomicUsize::new(0);
     let statistics = tiles
         .par_iter()
-        .map(|&[left, top]| {
-            let mut statistics = RenderStatistics::default();
-            let columns = left..(left + TILE).min(width);
-            let pixels: Vec<[f32; 4]> = (top..(top + TILE).min(height))
-                .flat_map(|y| columns.clone().map(move |x| [x, y]))
-                .map(|pixel| marcher.pixel(pixel, &mut statistics))
-                .collect();
+        .map(|&tile| {
+            let (pixels, statistics) = frame.tile(tile);
             // Held for a copy only: a panic elsewhere leaves no half-written tile that anyone would see.
-            film.lock().unwrap_or_else(PoisonError::into_inner).put_tile([left, top], columns.len(), &pixels);
+            film.lock().unwrap_or_else(PoisonError::into_inner).put_tile(tile.corner, tile.size[0], &pixels);
             progress((finished.fetch_add(1, Ordering::Relaxed) + 1) as f64 / tiles.len() as f64);
             statistics
         })
         .reduce(RenderStatistics::default, |a, b| RenderStatistics {
             rays: a.rays + b.rays,
             samples: a.samples + b.samples,
+            interior_samples: a.interior_samples + b.interior_samples,
+            region_visits: a.region_visits + b.region_visits,
         });
     (film.into_inner().unwrap_or_else(PoisonError::into_inner), statistics)
 }

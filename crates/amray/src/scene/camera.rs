@@ -170,23 +170,40 @@ impl Camera {
     /// The ray through a point of a picture of `size` pixels (width, height): (0, 0) is the top left corner, pixel
     /// (i, j) has its centre at (i + 1/2, j + 1/2).
     pub fn ray(&self, size: [usize; 2], pixel: [f64; 2]) -> CameraRay {
+        let plane = self.picture_plane(size);
+        let at = |[corner, right, down]: [DVec3; 3]| corner + right * pixel[0] + down * pixel[1];
+        CameraRay { start: at(plane.start).to_array(), direction: at(plane.direction).normalize().to_array() }
+    }
+
+    /// How rays change over a picture of `size` pixels.
+    pub(crate) fn picture_plane(&self, size: [usize; 2]) -> PicturePlane {
         let [width, height] = size.map(|pixels| pixels as f64);
-        // From -1/2 at the bottom to 1/2 on top; pixels are square.
-        let across = (pixel[0] - width / 2.0) / height;
-        let upward = (height / 2.0 - pixel[1]) / height;
         let eye = DVec3::from_array(self.viewpoint.eye);
-        let (start, direction) = match self.viewpoint.projection {
+        // From -1/2 at the bottom to 1/2 on top; pixels are square.
+        let over = |middle: DVec3, picture: f64| {
+            let [right, down] = [self.right, -self.up].map(|axis| axis * (picture / height));
+            [middle - right * (width / 2.0) - down * (height / 2.0), right, down]
+        };
+        let still = |vector| [vector, DVec3::ZERO, DVec3::ZERO];
+        match self.viewpoint.projection {
             Projection::Perspective { fovy } => {
                 let picture = 2.0 * (fovy.to_radians() / 2.0).tan();
-                let through = self.forward + (self.right * across + self.up * upward) * picture;
-                (eye, through.normalize())
+                PicturePlane { start: still(eye), direction: over(self.forward, picture) }
             }
             Projection::Orthographic { height } => {
-                (eye + (self.right * across + self.up * upward) * height, self.forward)
+                PicturePlane { start: over(eye, height), direction: still(self.forward) }
             }
-        };
-        CameraRay { start: start.to_array(), direction: direction.to_array() }
+        }
     }
+}
+
+/// Rays of a picture, linear in the pixel: at its corner (0, 0), and by how much they change per pixel to the right and
+/// down.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PicturePlane {
+    pub(crate) start: [DVec3; 3],
+    /// Not of length 1.
+    pub(crate) direction: [DVec3; 3],
 }
 
 #[cfg(test)]

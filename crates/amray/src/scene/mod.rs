@@ -6,6 +6,7 @@ mod look;
 use crate::Volume;
 use crate::appearance::TransferFunction;
 
+pub(crate) use camera::PicturePlane;
 pub use camera::{Camera, CameraError, CameraRay, Projection, Viewpoint};
 pub use look::{Look, LookError};
 

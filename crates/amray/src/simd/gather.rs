@@ -2,7 +2,7 @@
 #![allow(unsafe_code)] // Gathers read memory at computed places; the callers vouch for them.
 
 use fearless_simd::prelude::*;
-use fearless_simd::{f32x16, i32x16};
+use fearless_simd::{f32x16, i32x16, u32x16};
 
 use super::LANES;
 
@@ -27,10 +27,22 @@ pub(crate) trait Gather: Simd {
     unsafe fn gather_scaled(self, base: *const f64, index: i32x16<Self>, low: f64, scale: f64) -> f32x16<Self>;
 
     /// The entries of a table of [`TABLE`] numbers. Indices count modulo its length.
-    fn look_up(self, table: &[f32; TABLE], index: i32x16<Self>) -> f32x16<Self>;
+    fn look_up_short(self, table: &[f32; TABLE], index: i32x16<Self>) -> f32x16<Self>;
+
+    /// The entries of a table; indices outside mean its last one. Tables of [`TABLE`] numbers are quickest.
+    #[inline(always)]
+    fn look_up(self, table: &[f32], index: i32x16<Self>) -> f32x16<Self> {
+        if let Ok(table) = table.try_into() {
+            return self.look_up_short(table, index);
+        }
+        let natural: u32x16<Self> = index.bitcast();
+        let index = natural.min(u32x16::splat(self, table.len() as u32 - 1)).bitcast();
+        // SAFETY: the index lies in the table.
+        unsafe { self.gather(table.as_ptr(), index) }
+    }
 }
 
-/// Entries of a table that [`Gather::look_up`] can keep in registers.
+/// Entries of a table that can be kept in registers.
 pub(crate) const TABLE: usize = 32;
 
 /// One load a lane: for instruction sets without gathers, and what the others are tested against.
@@ -63,7 +75,7 @@ macro_rules! gather_by_loads {
             }
 
             #[inline(always)]
-            fn look_up(self, table: &[f32; TABLE], index: i32x16<Self>) -> f32x16<Self> {
+            fn look_up_short(self, table: &[f32; TABLE], index: i32x16<Self>) -> f32x16<Self> {
                 let index: [i32; LANES] = index.into();
                 index.map(|index| table[index as usize % TABLE]).simd_into(self)
             }
@@ -145,7 +157,7 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn look_up(self, table: &[f32; TABLE], index: i32x16<Self>) -> f32x16<Self> {
+        fn look_up_short(self, table: &[f32; TABLE], index: i32x16<Self>) -> f32x16<Self> {
             kernel!(
                 #[inline(always)]
                 fn look_up(simd: Avx512, table: &[f32; TABLE], index: i32x16<Avx512>) -> f32x16<Avx512> {
@@ -228,7 +240,7 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn look_up(self, table: &[f32; TABLE], index: i32x16<Self>) -> f32x16<Self> {
+        fn look_up_short(self, table: &[f32; TABLE], index: i32x16<Self>) -> f32x16<Self> {
             let index = index & i32x16::splat(self, TABLE as i32 - 1);
             // SAFETY: the masked indices lie in the table.
             unsafe { self.gather(table.as_ptr(), index) }

@@ -8,7 +8,7 @@ mod math;
 
 use fearless_simd::{Level, f32x16, i32x16, mask32x16, u32x16};
 
-pub(crate) use gather::Gather;
+pub(crate) use gather::{Gather, TABLE};
 pub(crate) use math::{exp2, log2, reciprocal};
 
 /// Lanes of a packet.

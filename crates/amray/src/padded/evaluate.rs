@@ -1,0 +1,339 @@
+//! Sixteen samples inside one region, from padded bricks and with no search.
+#![allow(unsafe_code)] // Gathers read at computed places; every index is clamped into its brick before.
+
+use fearless_simd::prelude::*;
+
+use super::plan::{Combination, PaddedBrick, Plan, RegionPlan};
+use super::{FLAG, HOLE, PaddedField};
+use crate::reconstruction::Method;
+use crate::simd::{Floats, Gather, Integers, LANES, Mask, Naturals};
+
+/// Evaluates one method over one padded field; the values are units of the field's range.
+#[derive(Clone, Copy)]
+pub(crate) struct Evaluator<'a> {
+    pub(crate) field: &'a PaddedField,
+    pub(crate) plan: &'a Plan,
+    /// The value at a point of a region, in cells of the finest level, for methods without a better way.
+    pub(crate) reference: &'a (dyn Fn(usize, [f64; 3]) -> f64 + Sync),
+}
+
+/// The dual cells around sixteen points of one brick.
+struct DualCells<S: Gather> {
+    /// x fastest.
+    corners: [Floats<S>; 8],
+    /// How far the points lie from the low corners, per axis.
+    fractions: [Floats<S>; 3],
+}
+
+/// What one brick knows of sixteen samples.
+struct Share<S: Gather> {
+    /// The sum of hats times values.
+    sum: Floats<S>,
+    /// The sum of hats.
+    weight: Floats<S>,
+    /// The sum of the hats of flagged cells.
+    flagged: Floats<S>,
+}
+
+/// Which corners count.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Count {
+    /// All that exist.
+    Existing,
+    /// Flagged ones.
+    Flagged,
+}
+
+/// Below this, the weight that is left for coarser levels is rounding.
+const LEFT: f32 = 1e-6;
+
+/// Levels on top of each other, from the finest down.
+struct Layers<S: Gather> {
+    sum: Floats<S>,
+    /// The weight that is left for coarser levels.
+    left: Floats<S>,
+    /// The value of the coarsest level so far that has flagged corners.
+    coarsest: Floats<S>,
+}
+
+impl<S: Gather> Layers<S> {
+    #[inline(always)]
+    fn none(simd: S) -> Self {
+        let zero = Floats::splat(simd, 0.0);
+        Self { sum: zero, left: Floats::splat(simd, 1.0), coarsest: zero }
+    }
+
+    /// Puts a level below the others, for those `inside` its brick's reach.
+    #[inline(always)]
+    fn add(&mut self, simd: S, share: Share<S>, inside: Mask<S>) {
+        let zero = Floats::splat(simd, 0.0);
+        let value = share.sum / share.weight;
+        let takes = inside & share.flagged.simd_gt(zero);
+        let actual = takes.select(share.flagged, zero);
+        self.sum = takes.select((self.left * actual).mul_add(value, self.sum), self.sum);
+        self.left = (Floats::splat(simd, 1.0) - actual) * self.left;
+        self.coarsest = takes.select(value, self.coarsest);
+    }
+}
+
+impl Evaluator<'_> {
+    /// The values at points of a region's pure box, in the region's padded coordinates.
+    #[inline(always)]
+    pub(crate) fn pure<S: Gather>(&self, simd: S, region: &RegionPlan, point: [Floats<S>; 3]) -> Floats<S> {
+        match self.plan.method {
+            Method::Nearest => self.nearest(simd, &region.brick, point),
+            Method::Finest => {
+                let point = self.onto_finest(simd, region, point);
+                trilinear(&self.dual_cells(simd, &region.brick, point))
+            }
+            _ => trilinear(&self.dual_cells(simd, &region.brick, point)),
+        }
+    }
+
+    /// The values at points anywhere in the region with the place `number`.
+    #[inline(always)]
+    pub(crate) fn anywhere<S: Gather>(
+        &self,
+        simd: S,
+        number: usize,
+        region: &RegionPlan,
+        point: [Floats<S>; 3],
+        active: Mask<S>,
+    ) -> Floats<S> {
+        match self.plan.combination {
+            Combination::Single if self.plan.method == Method::Nearest => self.pure(simd, region, point),
+            Combination::Single => {
+                let share = self.share(simd, &region.brick, point, Count::Existing);
+                share.sum / share.weight
+            }
+            Combination::Basis => self.basis(simd, region, point, active),
+            Combination::Layered => self.layered(simd, region, point, active),
+            Combination::PointByPoint => self.point_by_point(simd, number, region, point, active),
+        }
+    }
+
+    /// sum(hat v) / sum(hat) over the leaf cells of all bricks that take part.
+    #[inline(always)]
+    fn basis<S: Gather>(&self, simd: S, region: &RegionPlan, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
+        let Share { mut sum, mut weight, .. } = self.share(simd, &region.brick, point, Count::Flagged);
+        let zero = Floats::splat(simd, 0.0);
+        let none = Mask::splat(simd, false);
+        let [finer, coarser] = self.plan.others(region);
+        let (mut level, mut done) = (u8::MAX, none);
+        for other in finer.iter().chain(coarser) {
+            if other.level != level {
+                (level, done) = (other.level, none);
+            }
+            let inside = self.inside(simd, other, point, active) & !done;
+            if inside.any_true() {
+                let share = self.share(simd, &other.brick, moved(simd, other, point), Count::Flagged);
+                sum += inside.select(share.sum, zero);
+                weight += inside.select(share.weight, zero);
+                done |= inside;
+            }
+        }
+        sum / weight
+    }
+
+    /// From fine to coarse, each level takes what its flagged corners carry of the weight that is left; the coarsest
+    /// with flagged corners takes the rest.
+    #[inline(always)]
+    fn layered<S: Gather>(&self, simd: S, region: &RegionPlan, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
+        let none = Mask::splat(simd, false);
+        let mut layers = Layers::none(simd);
+        let [finer, coarser] = self.plan.others(region);
+        let (mut level, mut done) = (u8::MAX, none);
+        for other in finer {
+            if other.level != level {
+                (level, done) = (other.level, none);
+            }
+            let inside = self.inside(simd, other, point, active) & !done;
+            if inside.any_true() {
+                layers.add(simd, self.share(simd, &other.brick, moved(simd, other, point), Count::Existing), inside);
+                done |= inside;
+            }
+        }
+        layers.add(simd, self.share(simd, &region.brick, point, Count::Existing), active);
+        for other in coarser {
+            let open = layers.left.simd_gt(Floats::splat(simd, LEFT)) & active;
+            if open.all_false() {
+                break;
+            }
+            if other.level != level {
+                (level, done) = (other.level, none);
+            }
+            let inside = self.inside(simd, other, point, open) & !done;
+            if inside.any_true() {
+                layers.add(simd, self.share(simd, &other.brick, moved(simd, other, point), Count::Existing), inside);
+                done |= inside;
+            }
+        }
+        layers.left.mul_add(layers.coarsest, layers.sum)
+    }
+
+    /// One sample after the other, by the reference.
+    #[inline(never)]
+    fn point_by_point<S: Gather>(
+        &self,
+        simd: S,
+        number: usize,
+        region: &RegionPlan,
+        point: [Floats<S>; 3],
+        active: Mask<S>,
+    ) -> Floats<S> {
+        let level = usize::from(region.level.unwrap_or(0));
+        let size = self.plan.finest_cells[level];
+        let values: [f32; LANES] = std::array::from_fn(|lane| {
+            if !active.test(lane) {
+                return 0.0;
+            }
+            let point = std::array::from_fn(|axis| (f64::from(point[axis][lane]) + region.low[axis]) * size[axis]);
+            self.field.normalization.to_unit((self.reference)(number, point)) as f32
+        });
+        Floats::from_slice(simd, &values)
+    }
+
+    /// The cells that contain the points.
+    #[inline(always)]
+    fn nearest<S: Gather>(&self, simd: S, brick: &PaddedBrick, point: [Floats<S>; 3]) -> Floats<S> {
+        let half = Floats::splat(simd, 0.5);
+        let cell = point.map(
+            #[inline(always)]
+            |coordinate| (coordinate + half).to_int(),
+        );
+        let offset = offset(simd, brick, cell);
+        // SAFETY: `offset` clamps into the brick.
+        unsafe { simd.gather(self.field.values().add(brick.start), offset) }
+    }
+
+    /// Moves points so that trilinear interpolation of the region's cells gives that of the finest level, whose virtual
+    /// corners copy them: the value changes within half a finest cell of a face only.
+    #[inline(always)]
+    fn onto_finest<S: Gather>(&self, simd: S, region: &RegionPlan, point: [Floats<S>; 3]) -> [Floats<S>; 3] {
+        let size = self.plan.finest_cells[usize::from(region.level.unwrap_or(0))];
+        let [half, zero] = [0.5, 0.0].map(
+            #[inline(always)]
+            |value| Floats::splat(simd, value),
+        );
+        let mut moved = point;
+        for axis in 0..3 {
+            let ratio = Floats::splat(simd, size[axis] as f32);
+            let position = point[axis] + half;
+            let cell = position.floor();
+            let inside = (position - cell) * ratio;
+            moved[axis] = cell + (inside - half).min(zero) + (inside - ratio + half).max(zero);
+        }
+        moved
+    }
+
+    /// Which of the points lie where cells of `other` are in reach.
+    #[inline(always)]
+    fn inside<S: Gather>(
+        &self,
+        simd: S,
+        other: &super::plan::OtherBrick,
+        point: [Floats<S>; 3],
+        active: Mask<S>,
+    ) -> Mask<S> {
+        let moved = moved(simd, other, point);
+        let mut inside = active;
+        for axis in 0..3 {
+            let end = Floats::splat(simd, (other.brick.cells[axis] + 1) as f32);
+            inside &= moved[axis].simd_gt(Floats::splat(simd, 0.0)) & moved[axis].simd_lt(end);
+        }
+        inside
+    }
+
+    /// What a brick contributes at points in its padded coordinates.
+    #[inline(always)]
+    fn share<S: Gather>(&self, simd: S, brick: &PaddedBrick, point: [Floats<S>; 3], count: Count) -> Share<S> {
+        let DualCells { corners, fractions: [x, y, z] } = self.dual_cells(simd, brick, point);
+        let one = Floats::splat(simd, 1.0);
+        let [low_x, low_y, low_z] = [one - x, one - y, one - z];
+        let yz = [low_y * low_z, y * low_z, low_y * z, y * z];
+        let zero = Floats::splat(simd, 0.0);
+        let (mut sum, mut weight, mut flagged) = (zero, zero, zero);
+        for corner in 0..8 {
+            let hat = yz[corner / 2] * if corner % 2 == 0 { low_x } else { x };
+            let value = corners[corner];
+            let bits: Naturals<S> = value.bitcast();
+            let flag = (bits & Naturals::splat(simd, FLAG)).simd_eq(Naturals::splat(simd, FLAG));
+            let counts = match count {
+                Count::Existing => bits.simd_ne(Naturals::splat(simd, HOLE)) & hat.simd_gt(zero),
+                Count::Flagged => flag & hat.simd_gt(zero),
+            };
+            sum = counts.select(hat.mul_add(value, sum), sum);
+            weight = counts.select(weight + hat, weight);
+            if count == Count::Existing {
+                flagged = flag.select(flagged + hat, flagged);
+            }
+        }
+        Share { sum, weight, flagged }
+    }
+
+    /// The eight values around each point, in the brick's padded coordinates.
+    #[inline(always)]
+    fn dual_cells<S: Gather>(&self, simd: S, brick: &PaddedBrick, point: [Floats<S>; 3]) -> DualCells<S> {
+        let cell: [Integers<S>; 3] = point.map(
+            #[inline(always)]
+            |coordinate| coordinate.to_int(),
+        );
+        let mut fractions = point;
+        for axis in 0..3 {
+            fractions[axis] = point[axis] - cell[axis].to_float::<Floats<S>>();
+        }
+        let offset = offset(simd, brick, cell);
+        let [row, slice] = brick.strides.map(|stride| stride as isize);
+        // SAFETY: `offset` clamps into the brick, whose padding holds the neighbours; the values end with one more.
+        let pairs = unsafe {
+            let base = self.field.values().add(brick.start);
+            [
+                simd.gather_pairs(base, offset),
+                simd.gather_pairs(base.offset(row), offset),
+                simd.gather_pairs(base.offset(slice), offset),
+                simd.gather_pairs(base.offset(row + slice), offset),
+            ]
+        };
+        let [[a, b], [c, d], [e, f], [g, h]] = pairs;
+        DualCells { corners: [a, b, c, d, e, f, g, h], fractions }
+    }
+}
+
+/// The distance of cells from the brick's first value; cells outside are moved inside, so that a dual cell starts there.
+#[inline(always)]
+fn offset<S: Gather>(simd: S, brick: &PaddedBrick, cell: [Integers<S>; 3]) -> Integers<S> {
+    let mut clamped = cell;
+    for axis in 0..3 {
+        // As naturals, what is below zero is above the highest cell.
+        let natural: Naturals<S> = cell[axis].bitcast();
+        clamped[axis] = natural.min(Naturals::splat(simd, brick.cells[axis] as u32)).bitcast();
+    }
+    let [row, slice] = brick.strides.map(
+        #[inline(always)]
+        |stride| Integers::splat(simd, stride),
+    );
+    clamped[0] + clamped[1] * row + clamped[2] * slice
+}
+
+#[inline(always)]
+fn trilinear<S: Gather>(cells: &DualCells<S>) -> Floats<S> {
+    let DualCells { corners: [a, b, c, d, e, f, g, h], fractions: [x, y, z] } = *cells;
+    let [low, high] = [mix(mix(a, b, x), mix(c, d, x), y), mix(mix(e, f, x), mix(g, h, x), y)];
+    mix(low, high, z)
+}
+
+#[inline(always)]
+fn mix<S: Gather>(low: Floats<S>, high: Floats<S>, share: Floats<S>) -> Floats<S> {
+    share.mul_add(high - low, low)
+}
+
+/// Points in the padded coordinates of another brick.
+#[inline(always)]
+fn moved<S: Gather>(simd: S, other: &super::plan::OtherBrick, point: [Floats<S>; 3]) -> [Floats<S>; 3] {
+    let mut moved = point;
+    for axis in 0..3 {
+        moved[axis] =
+            point[axis].mul_add(Floats::splat(simd, other.scale[axis]), Floats::splat(simd, other.shift[axis]));
+    }
+    moved
+}

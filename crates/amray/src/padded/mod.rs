@@ -1,0 +1,129 @@
+//! Values made ready for marching: an owned copy of every brick with one more cell on each side, so that one brick
+//! alone supplies all eight corners of any dual cell that has a corner in it.
+//!
+//! The copy is `f32` in units of the field's range, which keeps large offsets and magnitudes beyond `f32` exact enough.
+//! The lowest bit of each value is a flag: whether the cell takes part as a cell of the brick's level ([`Padding`]).
+
+mod evaluate;
+mod fill;
+mod plan;
+
+use crate::Volume;
+use crate::hierarchy::{Hierarchy, with_voxels};
+use crate::reconstruction::{Method, Sampler};
+
+pub(crate) use evaluate::Evaluator;
+pub(crate) use plan::{Plan, RegionPlan};
+
+/// Maps the values of a field to 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Normalization {
+    pub(crate) low: f64,
+    /// One over the width of the range.
+    pub(crate) scale: f64,
+}
+
+impl Normalization {
+    /// The map that takes `low` to 0 and `high` to 1; any map where the two are equal or not finite.
+    pub(crate) fn new([low, high]: [f64; 2]) -> Self {
+        let width = high - low;
+        if low.is_finite() && width > 0.0 && width.is_finite() {
+            Self { low, scale: width.recip() }
+        } else {
+            Self { low: if low.is_finite() { low } else { 0.0 }, scale: 1.0 }
+        }
+    }
+
+    pub(crate) fn to_unit(self, value: f64) -> f64 {
+        (value - self.low) * self.scale
+    }
+
+    pub(crate) fn to_value(self, unit: f64) -> f64 {
+        self.low + unit / self.scale
+    }
+}
+
+/// What padding holds, and which cells are flagged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Padding {
+    /// Virtual cells hold their closest existing cell; actual cells are flagged.
+    Closest,
+    /// Virtual cells hold their closest existing cell; leaf cells inside the domain are flagged.
+    Leaves,
+    /// Virtual cells hold the coarser levels' continuous function at their centre; actual cells are flagged.
+    Prolonged,
+}
+
+impl Padding {
+    /// The padding from which a method is evaluated.
+    pub(crate) fn of(method: Method) -> Self {
+        match method {
+            Method::Basis => Self::Leaves,
+            Method::Prolong => Self::Prolonged,
+            _ => Self::Closest,
+        }
+    }
+}
+
+/// A cell that does not exist at all: inside a hole. The flag of a number is never part of this one.
+pub(crate) const HOLE: u32 = 0x7fc0_0000;
+/// A cell whose value is not finite.
+const NOT_FINITE: u32 = 0x7fc0_0002;
+/// The flag.
+pub(crate) const FLAG: u32 = 1;
+
+/// All bricks of a field, padded.
+#[derive(Clone, Debug)]
+pub(crate) struct PaddedField {
+    pub(crate) normalization: Normalization,
+    /// The bricks' values, x fastest, one brick after the other.
+    values: Vec<f32>,
+    /// Where each brick's values start.
+    starts: Vec<usize>,
+}
+
+impl PaddedField {
+    /// A padded copy of the volume's field, filled in parallel.
+    pub(crate) fn build(volume: &Volume) -> Self {
+        let normalization = Normalization::new(volume.ranges().whole().map(f64::from));
+        let starts = starts(volume.hierarchy());
+        // Pairs of values are read at once: one more than there are.
+        let mut values = vec![0.0; starts[starts.len() - 1] + 1];
+        with_voxels!(volume.field().values(), bricks => {
+            let sampler = Sampler::new(volume.index(), bricks, volume.method());
+            fill::fill(&sampler, normalization, Padding::of(volume.method()), &starts, &mut values);
+        });
+        Self { normalization, values, starts }
+    }
+
+    pub(crate) fn starts(&self) -> &[usize] {
+        &self.starts
+    }
+
+    #[inline(always)]
+    pub(crate) fn values(&self) -> *const f32 {
+        self.values.as_ptr()
+    }
+
+    /// Bytes of memory that the copy takes.
+    pub(crate) fn bytes(&self) -> u64 {
+        (size_of_val(&*self.values) + size_of_val(&*self.starts)) as u64
+    }
+}
+
+/// Bytes that a padded copy of a field over `hierarchy` takes.
+pub(crate) fn padded_bytes(hierarchy: &Hierarchy) -> u64 {
+    let padded = |cells: [i64; 3]| cells.iter().map(|&cells| cells as u64 + 2).product::<u64>();
+    hierarchy.bricks().map(|brick| padded(brick.cells.size()) * size_of::<f32>() as u64).sum()
+}
+
+/// Where each padded brick starts, and where the last one ends.
+fn starts(hierarchy: &Hierarchy) -> Vec<usize> {
+    let mut starts = vec![0];
+    let mut end = 0;
+    for brick in hierarchy.bricks() {
+        end += brick.cells.size().iter().map(|&cells| cells as usize + 2).product::<usize>();
+        starts.push(end);
+    }
+    starts
+}

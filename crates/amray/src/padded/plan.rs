@@ -1,0 +1,268 @@
+//! How to evaluate a method inside each region from padded bricks: where its finest brick alone is enough, and which
+//! other bricks take part in the rest of it.
+
+use rayon::prelude::*;
+
+use crate::hierarchy::IndexBox;
+use crate::index::{Index, Region};
+use crate::reconstruction::Method;
+
+/// How samples outside a region's pure box are put together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Combination {
+    /// From the region's finest brick alone.
+    Single,
+    /// The hats of all flagged cells, normalised.
+    Basis,
+    /// Level by level from fine to coarse, each as far as its cells are flagged.
+    Layered,
+    /// Point by point, by the scalar reference.
+    PointByPoint,
+}
+
+impl Combination {
+    fn of(method: Method) -> Self {
+        match method {
+            Method::Nearest | Method::Current => Self::Single,
+            Method::Basis => Self::Basis,
+            Method::Blend | Method::Prolong => Self::Layered,
+            Method::Finest | Method::Octant => Self::PointByPoint,
+        }
+    }
+}
+
+/// All regions' plans for one method.
+#[derive(Clone, Debug)]
+pub(crate) struct Plan {
+    pub(crate) method: Method,
+    pub(crate) combination: Combination,
+    pub(crate) regions: Vec<RegionPlan>,
+    /// The regions' other bricks, one list after the other.
+    others: Vec<OtherBrick>,
+    /// Per level, cells of the finest level per cell.
+    pub(crate) finest_cells: Vec<[f64; 3]>,
+}
+
+/// A padded brick. Padded coordinates count its values per axis from 0, padding included.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct PaddedBrick {
+    /// Where its values start.
+    pub(crate) start: usize,
+    /// Distances between neighbours in y and z.
+    pub(crate) strides: [i32; 2],
+    /// The highest values from which a dual cell starts: the number of cells without padding.
+    pub(crate) cells: [i32; 3],
+}
+
+/// How to evaluate a method inside one region.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RegionPlan {
+    pub(crate) brick: PaddedBrick,
+    /// The level of the region's leaf cells; `None` in a hole.
+    pub(crate) level: Option<u8>,
+    /// Where padded coordinates are 0, in cells of `level`.
+    pub(crate) low: [f64; 3],
+    /// The box, in padded coordinates, in which the brick alone is enough; `high < low` where there is none.
+    pub(crate) pure: [[f32; 3]; 2],
+    /// Whether that is all of the region.
+    pub(crate) is_pure: bool,
+    /// The place of the first other brick, the number of those finer than the region, and of all.
+    pub(crate) first_other: u32,
+    pub(crate) finer: u16,
+    pub(crate) count: u16,
+}
+
+/// A brick of another level that takes part in a region.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OtherBrick {
+    pub(crate) brick: PaddedBrick,
+    pub(crate) level: u8,
+    /// From the region's padded coordinates to the brick's: times, then plus.
+    pub(crate) scale: [f32; 3],
+    pub(crate) shift: [f32; 3],
+}
+
+impl Plan {
+    /// Plans every region; `starts` are those of the padded bricks.
+    pub(crate) fn new(index: &Index, method: Method, starts: &[usize]) -> Self {
+        let planner = Planner { index, method, combination: Combination::of(method), starts };
+        let boxes = index.region_boxes();
+        let planned: Vec<(RegionPlan, Vec<OtherBrick>)> =
+            boxes.par_iter().enumerate().map(|(number, cells)| planner.region(number, cells)).collect();
+        let mut regions = Vec::with_capacity(planned.len());
+        let mut others = Vec::new();
+        for (mut region, bricks) in planned {
+            region.first_other = others.len() as u32;
+            regions.push(region);
+            others.extend(bricks);
+        }
+        let finest_cells =
+            index.hierarchy().levels().iter().map(|level| level.finest_cells().map(|cells| cells as f64));
+        Self { method, combination: planner.combination, regions, others, finest_cells: finest_cells.collect() }
+    }
+
+    /// The bricks of other levels in a region, from fine to coarse: those finer than the region, and the coarser ones.
+    #[inline(always)]
+    pub(crate) fn others(&self, region: &RegionPlan) -> [&[OtherBrick]; 2] {
+        let (first, finer) = (region.first_other as usize, usize::from(region.finer));
+        let others = &self.others[first..first + usize::from(region.count)];
+        [&others[..finer], &others[finer..]]
+    }
+
+    pub(crate) fn bytes(&self) -> u64 {
+        (size_of_val(&*self.regions) + size_of_val(&*self.others)) as u64
+    }
+}
+
+struct Planner<'a> {
+    index: &'a Index,
+    method: Method,
+    combination: Combination,
+    starts: &'a [usize],
+}
+
+impl Planner<'_> {
+    fn region(&self, number: usize, cells: &IndexBox) -> (RegionPlan, Vec<OtherBrick>) {
+        let region = &self.index.regions()[number];
+        let Some((level, place)) = region.finest_level().and_then(|level| self.index.finest_brick(region, level))
+        else {
+            return (RegionPlan::default(), Vec::new());
+        };
+        let brick = self.brick(level, place);
+        let low = self.low(level, place);
+        // In half cells of the finest level.
+        let whole = cells.refined([2; 3]);
+        let mut pure = whole;
+        let mut others = self.covering(region, level);
+        self.for_each_neighbour(region, level, cells, &mut |other, other_cells| {
+            let other_level = other.finest_level();
+            if let Some(reach) = self.impure_reach(level, other, other_level) {
+                pure = without(&pure, &self.reach(reach, other_cells));
+            }
+            for other_level in self.combined_levels(region, level) {
+                if (other_level > level || !region.has_level(other_level))
+                    && other.has_level(other_level)
+                    && self.reach(other_level, other_cells).intersects(&whole)
+                    && let Some((_, place)) = self.index.finest_brick(other, other_level)
+                {
+                    others.push((other_level, place));
+                }
+            }
+        });
+        others.sort_unstable_by_key(|&(level, place)| (std::cmp::Reverse(level), place));
+        others.dedup();
+        let size = self.finest_cells(level);
+        let padded = |corner: [i64; 3]| {
+            std::array::from_fn(|axis| (corner[axis] as f64 / (2 * size[axis]) as f64 - low[axis]) as f32)
+        };
+        let plan = RegionPlan {
+            brick,
+            level: Some(level as u8),
+            low,
+            pure: if pure.is_empty() { [[0.0; 3], [-1.0; 3]] } else { [padded(pure.low), padded(pure.high)] },
+            is_pure: pure == whole,
+            first_other: 0,
+            finer: others.iter().filter(|other| other.0 > level).count() as u16,
+            count: others.len() as u16,
+        };
+        (plan, others.into_iter().map(|(other, place)| self.other(level, low, other, place)).collect())
+    }
+
+    /// The coarser bricks that cover a region and take part in it.
+    fn covering(&self, region: &Region, level: usize) -> Vec<(usize, usize)> {
+        let coarser = self.combined_levels(region, level).filter(|&other| other < level && region.has_level(other));
+        coarser.filter_map(|other| self.index.finest_brick(region, other)).collect()
+    }
+
+    /// The levels, besides its own, whose cells samples in a region may have to look at.
+    fn combined_levels(&self, region: &Region, level: usize) -> impl Iterator<Item = usize> + use<> {
+        let levels = match self.combination {
+            Combination::Single | Combination::PointByPoint => level..level,
+            Combination::Basis => region.coarsest_in_reach()..region.finest_in_reach() + 1,
+            Combination::Layered => 0..region.finest_in_reach() + 1,
+        };
+        levels.filter(move |&other| other != level)
+    }
+
+    /// The level whose half cell is how far a neighbour keeps a region of `level` from being pure. `None` where it
+    /// does not matter.
+    fn impure_reach(&self, level: usize, other: &Region, other_level: Option<usize>) -> Option<usize> {
+        let Some(other_level) = other_level else { return (self.method != Method::Nearest).then_some(level) };
+        match self.method {
+            Method::Nearest | Method::Current => None,
+            Method::Finest => (other_level > level).then_some(self.index.hierarchy().finest_level()),
+            // Whichever cells are larger: a fine neighbour covers cells of this level.
+            Method::Basis | Method::Octant => (other_level != level).then_some(level.min(other_level)),
+            Method::Blend | Method::Prolong if other_level < level => Some(level),
+            Method::Blend | Method::Prolong => (level + 1..=other_level).find(|&finer| other.has_level(finer)),
+        }
+    }
+
+    /// A region's `cells` (of the finest level) grown by half a cell of `level`, in half cells of the finest level.
+    fn reach(&self, level: usize, cells: &IndexBox) -> IndexBox {
+        let size = self.finest_cells(level);
+        // A region's cells fill its box or go on in a region of the same brick, unless one is covered in part.
+        let whole = if self.index.may_cover_partly() { cells.coarsened(size).refined(size) } else { *cells };
+        whole.refined([2; 3]).grown(size)
+    }
+
+    /// Calls `visit` with every region whose cells may be in reach of a region of `level` and with its box.
+    fn for_each_neighbour(
+        &self,
+        region: &Region,
+        level: usize,
+        cells: &IndexBox,
+        visit: &mut impl FnMut(&Region, &IndexBox),
+    ) {
+        let coarsest = level.min(region.coarsest_in_reach());
+        let halves = if self.index.may_cover_partly() { 3 } else { 1 };
+        let margin = self.finest_cells(coarsest).map(|cells| (halves * cells + 1) / 2);
+        self.index.for_each_region_in(&cells.grown(margin), &mut |number, shared| {
+            // What is shared is enough: the rest of the neighbour is out of reach.
+            visit(&self.index.regions()[number], &shared);
+        });
+    }
+
+    fn other(&self, level: usize, low: [f64; 3], other: usize, place: usize) -> OtherBrick {
+        let (size, other_size) = (self.finest_cells(level), self.finest_cells(other));
+        let other_low = self.low(other, place);
+        let scale: [f64; 3] = std::array::from_fn(|axis| size[axis] as f64 / other_size[axis] as f64);
+        OtherBrick {
+            brick: self.brick(other, place),
+            level: other as u8,
+            scale: scale.map(|scale| scale as f32),
+            shift: std::array::from_fn(|axis| (low[axis] * scale[axis] - other_low[axis]) as f32),
+        }
+    }
+
+    fn brick(&self, level: usize, place: usize) -> PaddedBrick {
+        let cells = self.index.hierarchy().levels()[level].brick_at(place).size().map(|cells| cells as i32);
+        let row = cells[0] + 2;
+        PaddedBrick { start: self.starts[place], strides: [row, row * (cells[1] + 2)], cells }
+    }
+
+    /// Where a brick's padded coordinates are 0, in cells of its level: at the centre of the first padding cell.
+    fn low(&self, level: usize, place: usize) -> [f64; 3] {
+        self.index.hierarchy().levels()[level].brick_at(place).low.map(|cell| cell as f64 - 0.5)
+    }
+
+    fn finest_cells(&self, level: usize) -> [i64; 3] {
+        self.index.hierarchy().levels()[level].finest_cells()
+    }
+}
+
+/// The largest of the boxes that remain of `pure` on one side of `taken`.
+fn without(pure: &IndexBox, taken: &IndexBox) -> IndexBox {
+    if !pure.intersects(taken) {
+        return *pure;
+    }
+    let sides = (0..3).flat_map(|axis| {
+        let (mut below, mut above) = (*pure, *pure);
+        below.high[axis] = taken.low[axis].min(pure.high[axis]);
+        above.low[axis] = taken.high[axis].max(pure.low[axis]);
+        [below, above]
+    });
+    // As floats: the boxes may hold more cells than an integer can count.
+    let volume = |cells: &IndexBox| cells.size().iter().map(|&side| side.max(0) as f64).product::<f64>();
+    sides.max_by(|a, b| volume(a).total_cmp(&volume(b))).unwrap_or(*pure)
+}
