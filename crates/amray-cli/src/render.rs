@@ -77,6 +77,8 @@ pub(crate) struct Report {
     frames: usize,
     rays: u64,
     samples: u64,
+    interior_samples: u64,
+    region_visits: u64,
     /// Null where the system does not tell.
     resident_bytes: Option<u64>,
     peak_resident_bytes: Option<u64>,
@@ -165,6 +167,8 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         frames: seconds.len(),
         rays: statistics.rays,
         samples: statistics.samples,
+        interior_samples: statistics.interior_samples,
+        region_visits: statistics.region_visits,
         resident_bytes: memory::resident(),
         peak_resident_bytes: memory::peak_resident(),
         private_bytes: memory::private(),

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::hierarchy::{Field, Hierarchy, IndexBox, Voxel, with_voxels};
 use crate::index::{Index, ValueRanges};
-use crate::padded::{PaddedField, Plan};
+use crate::padded::Padded;
 use crate::reconstruction::{Method, Sampler};
 
 /// One field over its index, with a reconstruction.
@@ -17,7 +17,7 @@ pub struct Volume {
     /// Made when first asked for: samples and statistics do without.
     ranges: OnceLock<ValueRanges>,
     /// Made when first rendered.
-    padded: OnceLock<(PaddedField, Plan)>,
+    padded: OnceLock<Padded>,
     method: Method,
 }
 
@@ -63,12 +63,8 @@ impl Volume {
     }
 
     /// The field made ready for marching. The first call copies every value.
-    pub(crate) fn padded(&self) -> &(PaddedField, Plan) {
-        self.padded.get_or_init(|| {
-            let field = PaddedField::build(self);
-            let plan = Plan::new(&self.index, self.method, field.starts());
-            (field, plan)
-        })
+    pub(crate) fn padded(&self) -> &Padded {
+        self.padded.get_or_init(|| Padded::build(self))
     }
 
     /// The reconstruction.

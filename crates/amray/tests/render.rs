@@ -147,14 +147,19 @@ fn bricks_do_not_show() {
     let mut random = Random(1);
     for method in Method::ALL {
         let seed = random.bits();
-        let films = [3, 8, 16].map(|brick| {
+        let volumes = [3, 8, 16].map(|brick| {
             // Noise: every cell differs from its neighbours.
-            let volume = volume(nested(8, 3, brick * 2), method, |[x, y, z]| {
+            volume(nested(8, 3, brick * 2), method, |[x, y, z]| {
                 Random(seed ^ x.to_bits() ^ y.to_bits().rotate_left(20) ^ z.to_bits().rotate_left(40)).unit()
-            });
-            picture(&volume, extinction(&[(0.2, 0.0), (1.0, 20.0)]), oblique(), small(1.0))
+            })
         });
-        assert!(films[1..].iter().all(|film| largest(film, &films[0]) < 1e-5), "{method}");
+        // Where whole regions are invisible, the intervals next to them end on their faces: that is more exact, and
+        // depends on the bricks by less than a picture can show.
+        for (lowest, tolerance) in [(0.5, 1e-5), (0.0, 0.1 / 255.0)] {
+            let function = || extinction(&[(0.2, lowest), (1.0, 20.0)]);
+            let films = volumes.each_ref().map(|volume| picture(volume, function(), oblique(), small(1.0)));
+            assert!(films[1..].iter().all(|film| largest(film, &films[0]) < tolerance), "{method} from {lowest}");
+        }
     }
 }
 

@@ -197,10 +197,7 @@ impl Evaluator<'_> {
     #[inline(always)]
     fn nearest<S: Gather>(&self, simd: S, brick: &PaddedBrick, point: [Floats<S>; 3]) -> Floats<S> {
         let half = Floats::splat(simd, 0.5);
-        let cell = point.map(
-            #[inline(always)]
-            |coordinate| (coordinate + half).to_int(),
-        );
+        let cell = [(point[0] + half).to_int(), (point[1] + half).to_int(), (point[2] + half).to_int()];
         let offset = offset(simd, brick, cell);
         // SAFETY: `offset` clamps into the brick.
         unsafe { simd.gather(self.field.values().add(brick.start), offset) }
@@ -211,10 +208,7 @@ impl Evaluator<'_> {
     #[inline(always)]
     fn onto_finest<S: Gather>(&self, simd: S, region: &RegionPlan, point: [Floats<S>; 3]) -> [Floats<S>; 3] {
         let size = self.plan.finest_cells[usize::from(region.level.unwrap_or(0))];
-        let [half, zero] = [0.5, 0.0].map(
-            #[inline(always)]
-            |value| Floats::splat(simd, value),
-        );
+        let (half, zero) = (Floats::splat(simd, 0.5), Floats::splat(simd, 0.0));
         let mut moved = point;
         for axis in 0..3 {
             let ratio = Floats::splat(simd, size[axis] as f32);
@@ -274,16 +268,13 @@ impl Evaluator<'_> {
     /// The eight values around each point, in the brick's padded coordinates.
     #[inline(always)]
     fn dual_cells<S: Gather>(&self, simd: S, brick: &PaddedBrick, point: [Floats<S>; 3]) -> DualCells<S> {
-        let cell: [Integers<S>; 3] = point.map(
-            #[inline(always)]
-            |coordinate| coordinate.to_int(),
-        );
+        let cell: [Integers<S>; 3] = [point[0].to_int(), point[1].to_int(), point[2].to_int()];
         let mut fractions = point;
         for axis in 0..3 {
             fractions[axis] = point[axis] - cell[axis].to_float::<Floats<S>>();
         }
         let offset = offset(simd, brick, cell);
-        let [row, slice] = brick.strides.map(|stride| stride as isize);
+        let (row, slice) = (brick.strides[0] as isize, brick.strides[1] as isize);
         // SAFETY: `offset` clamps into the brick, whose padding holds the neighbours; the values end with one more.
         let pairs = unsafe {
             let base = self.field.values().add(brick.start);
@@ -308,10 +299,7 @@ fn offset<S: Gather>(simd: S, brick: &PaddedBrick, cell: [Integers<S>; 3]) -> In
         let natural: Naturals<S> = cell[axis].bitcast();
         clamped[axis] = natural.min(Naturals::splat(simd, brick.cells[axis] as u32)).bitcast();
     }
-    let [row, slice] = brick.strides.map(
-        #[inline(always)]
-        |stride| Integers::splat(simd, stride),
-    );
+    let (row, slice) = (Integers::splat(simd, brick.strides[0]), Integers::splat(simd, brick.strides[1]));
     clamped[0] + clamped[1] * row + clamped[2] * slice
 }
 

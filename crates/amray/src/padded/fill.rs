@@ -6,14 +6,14 @@ use super::{FLAG, HOLE, NOT_FINITE, Normalization, Padding};
 use crate::hierarchy::{Brick, IndexBox, Voxel};
 use crate::reconstruction::Sampler;
 
-/// Fills all bricks, each between two of `starts`.
+/// Fills all bricks, each between two of `starts`; returns whether all values are finite.
 pub(super) fn fill<T: Voxel>(
     sampler: &Sampler<T>,
     normalization: Normalization,
     padding: Padding,
     starts: &[usize],
     values: &mut [f32],
-) {
+) -> bool {
     let mut rest = values;
     let mut bricks = Vec::with_capacity(starts.len());
     for (place, brick) in sampler.index().hierarchy().bricks().enumerate() {
@@ -22,7 +22,11 @@ pub(super) fn fill<T: Voxel>(
         bricks.push((place, brick, own));
     }
     let filler = Filler { sampler, normalization, padding };
-    bricks.into_par_iter().for_each(|(place, brick, values)| filler.brick(place, &brick, values));
+    let finite = bricks.into_par_iter().map(|(place, brick, values)| {
+        filler.brick(place, &brick, values);
+        values.iter().all(|value| value.is_finite() || value.to_bits() == HOLE)
+    });
+    finite.reduce(|| true, |a, b| a && b)
 }
 
 struct Filler<'a, T> {

@@ -7,6 +7,7 @@
 mod evaluate;
 mod fill;
 mod plan;
+mod roughness;
 
 use crate::Volume;
 use crate::hierarchy::{Hierarchy, with_voxels};
@@ -80,6 +81,8 @@ pub(crate) struct PaddedField {
     values: Vec<f32>,
     /// Where each brick's values start.
     starts: Vec<usize>,
+    /// Whether all values are finite.
+    pub(crate) is_finite: bool,
 }
 
 impl PaddedField {
@@ -89,11 +92,17 @@ impl PaddedField {
         let starts = starts(volume.hierarchy());
         // Pairs of values are read at once: one more than there are.
         let mut values = vec![0.0; starts[starts.len() - 1] + 1];
-        with_voxels!(volume.field().values(), bricks => {
+        let is_finite = with_voxels!(volume.field().values(), bricks => {
             let sampler = Sampler::new(volume.index(), bricks, volume.method());
-            fill::fill(&sampler, normalization, Padding::of(volume.method()), &starts, &mut values);
+            fill::fill(&sampler, normalization, Padding::of(volume.method()), &starts, &mut values)
         });
-        Self { normalization, values, starts }
+        Self { normalization, values, starts, is_finite }
+    }
+
+    /// The values of a brick.
+    fn brick(&self, brick: &plan::PaddedBrick) -> &[f32] {
+        let size: usize = brick.cells.iter().map(|&cells| cells as usize + 2).product();
+        &self.values[brick.start..brick.start + size]
     }
 
     pub(crate) fn starts(&self) -> &[usize] {
@@ -108,6 +117,24 @@ impl PaddedField {
     /// Bytes of memory that the copy takes.
     pub(crate) fn bytes(&self) -> u64 {
         (size_of_val(&*self.values) + size_of_val(&*self.starts)) as u64
+    }
+}
+
+/// A volume made ready for marching.
+#[derive(Clone, Debug)]
+pub(crate) struct Padded {
+    pub(crate) field: PaddedField,
+    pub(crate) plan: Plan,
+    /// Per region, by how much its values bend.
+    pub(crate) roughness: Vec<f32>,
+}
+
+impl Padded {
+    pub(crate) fn build(volume: &Volume) -> Self {
+        let field = PaddedField::build(volume);
+        let plan = Plan::new(volume.index(), volume.method(), field.starts());
+        let roughness = roughness::roughness(volume.index(), &plan, &field);
+        Self { field, plan, roughness }
     }
 }
 

@@ -8,10 +8,10 @@ use super::{RenderOptions, RenderStatistics};
 use crate::appearance::Segments;
 use crate::hierarchy::with_voxels;
 use crate::index::Index;
-use crate::padded::{Evaluator, PaddedField, Plan};
+use crate::padded::{Evaluator, Padded, PaddedField, Plan};
 use crate::reconstruction::Sampler;
 use crate::scene::{PicturePlane, Scene};
-use crate::simd::{Gather, InstructionSet, Kernel, LANES};
+use crate::simd::{Doubles, Gather, InstructionSet, Kernel, LANES};
 
 type Reference<'a> = Box<dyn Fn(usize, [f64; 3]) -> f64 + Sync + 'a>;
 
@@ -40,11 +40,11 @@ pub(super) struct Tile {
 impl<'a> Frame<'a> {
     pub(super) fn new(scene: &'a Scene<'a>, options: &RenderOptions) -> Self {
         let volume = scene.volume;
-        let (field, plan) = volume.padded();
+        let padded @ Padded { field, plan, .. } = volume.padded();
         let function = scene.transfer_function.prepared(scene.unit_distance);
         let normalization = field.normalization;
         let segments = Segments::new(&function, normalization.low, normalization.scale.recip());
-        let visibility = Visibility::new(volume, &function, &segments, |value| normalization.to_unit(value));
+        let visibility = Visibility::new(volume, padded, &function, &segments);
         let reference: Reference = with_voxels!(volume.field().values(), bricks => {
             let sampler = Sampler::new(volume.index(), bricks, volume.method());
             Box::new(move |region, point| sampler.sample_in(region, point))
@@ -104,14 +104,16 @@ impl Kernel for TileKernel<'_> {
                     y[lane] = row + place[1];
                     shift[lane] = lattice_shift([column, row], phase);
                 }
+                let pixels_at = [Doubles::from_array(simd, &x), Doubles::from_array(simd, &y)];
+                let shift = Doubles::from_array(simd, &shift);
                 let packet =
-                    Packet::new(simd, frame.index, &frame.plane, [x, y], shift, frame.options.samples_per_cell);
+                    Packet::new(simd, frame.index, &frame.plane, pixels_at, shift, frame.options.samples_per_cell);
                 let [enter, leave] = packet.clip(simd, low, high);
                 let span = Span { enter, leave };
                 let mut marcher = Marcher::new(simd, march, &packet, &span, statistics);
                 traverse(simd, frame.index, &packet, span, &mut stack, &mut marcher);
                 statistics = marcher.statistics;
-                let light = marcher.light;
+                let light = marcher.light();
                 for lane in 0..LANES {
                     let (x, y) = (left + lane % SIDE, top + lane / SIDE);
                     if x < size[0] && y < size[1] {

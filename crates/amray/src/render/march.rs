@@ -8,12 +8,12 @@ use super::RenderStatistics;
 use super::packet::Packet;
 use super::traverse::{Span, Visitor};
 use super::visibility::{RegionLook, Visibility};
-use crate::appearance::{Interval, Light, Place, Segments, Window};
+use crate::appearance::{Glow, Light, Place, Segments, Window};
 use crate::padded::{Evaluator, RegionPlan};
-use crate::simd::{Floats, Gather, Integers, LANES, Mask};
+use crate::simd::{Doubles, Floats, Gather, Integers, Mask};
 
 /// What is still visible below this transmittance would change no 8-bit picture.
-pub(super) const OPAQUE: f32 = 1.0 / 4096.0;
+const OPAQUE: f32 = 1.0 / 4096.0;
 
 /// Everything that the packets of a picture share.
 #[derive(Clone, Copy)]
@@ -23,7 +23,7 @@ pub(super) struct March<'a> {
     pub(super) visibility: &'a Visibility,
 }
 
-/// A packet under way: light that it has collected and where its last samples were.
+/// A packet under way.
 ///
 /// Samples lie on one lattice along each ray, shifted per pixel; a finer region's lattice holds the points of a coarser
 /// one's. Light is added for the interval between a sample and the one before, wherever that was. Where rays come out
@@ -34,21 +34,29 @@ pub(super) struct Marcher<'a, S: Gather> {
     packet: &'a Packet<S>,
     /// Where the rays leave the volume.
     end: Floats<S>,
-    pub(super) light: Light<S>,
-    /// Rays through which something behind can be seen.
-    clear: Mask<S>,
+    rays: Rays<S>,
     /// Rays that have a sample to go on from.
     begun: Mask<S>,
-    /// That sample.
-    last: Place<S>,
-    last_at: [f64; LANES],
+    /// Where that sample was.
+    last_at: Doubles<S>,
     pub(super) statistics: RenderStatistics,
 }
 
-/// Rays in a region's padded coordinates: `start + t * direction`.
-struct LocalRays {
-    start: [[f64; LANES]; 3],
-    direction: [[f64; LANES]; 3],
+/// What changes with every sample.
+#[derive(Clone, Copy)]
+struct Rays<S: Gather> {
+    light: Light<S>,
+    /// Rays through which something behind can be seen.
+    clear: Mask<S>,
+    /// The last sample.
+    last: Place<S>,
+}
+
+/// Rays in a region's padded coordinates: scale * (start + t * direction) - low.
+struct LocalRays<'a, S: Gather> {
+    packet: &'a Packet<S>,
+    plan: &'a RegionPlan,
+    scale: [f64; 3],
 }
 
 impl<'a, S: Gather> Marcher<'a, S> {
@@ -60,174 +68,183 @@ impl<'a, S: Gather> Marcher<'a, S> {
         span: &Span<S>,
         statistics: RenderStatistics,
     ) -> Self {
+        let nowhere = Place { position: Floats::splat(simd, 0.0), segment: Integers::splat(simd, 0) };
         Self {
             simd,
             march,
             packet,
             end: span.leave,
-            light: Light::none(simd),
-            clear: span.enter.simd_lt(span.leave),
+            rays: Rays { light: Light::none(simd), clear: span.enter.simd_lt(span.leave), last: nowhere },
             begun: Mask::splat(simd, false),
-            last: Place { position: Floats::splat(simd, 0.0), segment: Integers::splat(simd, 0) },
-            last_at: [0.0; LANES],
+            last_at: Doubles::splat(simd, 0.0),
             statistics,
         }
     }
 
-    /// The rays in a region's padded coordinates.
-    #[inline(always)]
-    fn local(&self, plan: &RegionPlan, level: u8) -> LocalRays {
-        let size = &self.march.evaluator.plan.finest_cells[usize::from(level)];
-        let (mut start, mut direction) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
-        for axis in 0..3 {
-            let scale = size[axis].recip();
-            for lane in 0..LANES {
-                start[axis][lane] = self.packet.start[axis][lane] * scale - plan.low[axis];
-                direction[axis][lane] = self.packet.direction[axis][lane] * scale;
-            }
-        }
-        LocalRays { start, direction }
+    /// What the rays have collected.
+    pub(super) fn light(&self) -> &Light<S> {
+        &self.rays.light
     }
 
-    /// Takes a sample on the region's face or in it, at `at`, and adds the interval that ends there for `joined` rays.
+    /// Takes samples of `rays` at `at`, on the region's face, and adds the intervals that end there for `joined` rays.
     #[inline(never)]
-    fn sample_at(
-        &mut self,
-        region: usize,
-        local: &LocalRays,
-        at: &[f64; LANES],
-        rays: Mask<S>,
-        joined: Mask<S>,
-        window: Window,
-    ) {
+    fn sample_on_face(&mut self, region: usize, at: Floats<S>, rays: Mask<S>, joined: Mask<S>, window: Window) {
         let simd = self.simd;
         simd.vectorize(
             #[inline(always)]
             || {
                 let plan = &self.march.evaluator.plan.regions[region];
-                let point = local.at(simd, at);
+                let at = Doubles::from_floats(at);
+                let point = self.local(plan).at(simd, at);
                 let value = self.march.evaluator.anywhere(simd, region, plan, point, rays);
                 let place = self.march.segments.place(simd, value, window);
-                let mut length = [0.0; LANES];
-                for lane in 0..LANES {
-                    length[lane] = (at[lane] - self.last_at[lane]) as f32;
-                }
-                self.add(place, Floats::from_slice(simd, &length), joined);
-                self.last = select(rays, place, self.last);
-                let at = *at;
-                for lane in 0..LANES {
-                    if rays.test(lane) {
-                        self.last_at[lane] = at[lane];
-                    }
-                }
+                let length = (at - self.last_at).to_floats();
+                let integral = self.rays.integral(simd, self.march.segments);
+                self.rays.add(
+                    simd,
+                    self.march.segments,
+                    &integral,
+                    place,
+                    length,
+                    joined,
+                    self.march.evaluator.field.is_finite,
+                );
+                self.rays.last = Place::select(rays, place, self.rays.last);
+                self.last_at = Doubles::select(simd, rays, at, self.last_at);
                 self.statistics.samples += u64::from(rays.to_bitmask().count_ones());
             },
         );
     }
 
-    /// Adds the interval from the last samples to `place`. Samples that are no numbers are as if they were like the
-    /// other end of their interval, over half of it.
     #[inline(always)]
-    fn add(&mut self, place: Place<S>, length: Floats<S>, rays: Mask<S>) {
-        let simd = self.simd;
-        let mut interval = Interval { from: self.last, to: place, length };
-        let mut seen = rays;
-        let sum = self.last.position + place.position;
-        let unknown = sum.simd_ne(sum) & rays;
-        if unknown.any_true() {
-            let known_from = interval.from.position.simd_eq(interval.from.position);
-            let known_to = interval.to.position.simd_eq(interval.to.position);
-            seen &= known_from | known_to;
-            let half = length * Floats::splat(simd, 0.5);
-            interval = Interval {
-                from: select(known_from, interval.from, interval.to),
-                to: select(known_to, interval.to, interval.from),
-                length: unknown.select(half, length),
-            };
-        }
-        self.march.segments.add(simd, &mut self.light, &interval, seen);
+    fn local<'b>(&self, plan: &'b RegionPlan) -> LocalRays<'b, S>
+    where
+        'a: 'b,
+    {
+        let level = usize::from(plan.level.unwrap_or(0));
+        LocalRays { packet: self.packet, plan, scale: self.march.evaluator.plan.finest_cells[level].map(f64::recip) }
     }
 
     /// The samples of a region that is seen.
     #[inline(always)]
-    fn march_through(
-        &mut self,
-        region: usize,
-        plan: &RegionPlan,
-        look: &RegionLook,
-        local: &LocalRays,
-        span: &Span<S>,
-        rays: Mask<S>,
-    ) {
+    fn march_through(&mut self, region: usize, plan: &RegionPlan, look: &RegionLook, span: &Span<S>, rays: Mask<S>) {
         let simd = self.simd;
-        let zero = Floats::splat(simd, 0.0);
-        let [enter, leave]: [[f32; LANES]; 2] = [span.enter.into(), span.leave.into()];
-        let (mut first, mut count, mut step) = ([0.0f64; LANES], [0.0f64; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
-            let length = self.packet.coarse_step[lane] * look.step;
-            let offset = self.packet.offset[lane];
-            let number = |place: f32| ((f64::from(place) - offset) / length).ceil();
-            let start = number(enter[lane]);
-            first[lane] = offset + start * length;
-            count[lane] = number(leave[lane]) - start;
-            step[lane] = length;
-        }
-        let mut start = [zero; 3];
-        let mut stride = [zero; 3];
-        let start_points = local.at(simd, &first);
-        for axis in 0..3 {
-            start[axis] = start_points[axis];
-            stride[axis] = floats(simd, |lane| local.direction[axis][lane] * step[lane]);
-        }
-        let counts = rays.select(floats(simd, |lane| count[lane]), zero);
-        let most = reduce(counts, f32::max);
+        let packet = self.packet;
+        let step = packet.coarse_step * Doubles::splat(simd, look.step);
+        let rate = packet.coarse_rate * Doubles::splat(simd, look.step.recip());
+        let start = ((Doubles::from_floats(span.enter) - packet.offset) * rate).ceil();
+        let end = ((Doubles::from_floats(span.leave) - packet.offset) * rate).ceil();
+        let count = end - start;
+        let first_at = start.mul_add(step, packet.offset);
+        let counts = rays.select(count.to_floats(), Floats::splat(simd, 0.0));
+        let most = simd.reduce_max_f32x16(counts);
         if most < 1.0 {
             return;
         }
-        let mut length = floats(simd, |lane| first[lane] - self.last_at[lane]);
-        let whole_length = floats(simd, |lane| step[lane]);
+        let local = self.local(plan);
+        let start = local.at(simd, first_at);
+        let step = step.to_floats();
+        let stride = local.stride(simd, step);
         let pure = pure_steps(simd, plan, &start, &stride, counts);
         let evaluator = self.march.evaluator;
         let segments = self.march.segments;
+        let mut state = self.rays;
+        let mut statistics = self.statistics;
+        let mut length = (first_at - self.last_at).to_floats();
+        // Where all values lie on one segment, no integrals are needed between them.
+        let finite = evaluator.field.is_finite;
+        let one_segment = look.window.first == look.window.last && finite;
+        let slopes = segments.slopes(simd, Integers::splat(simd, i32::from(look.window.first)));
+        let mut integral = state.integral(simd, segments);
         let mut number = 0.0f32;
         while number < most {
             let numbers = Floats::splat(simd, number);
-            let active = numbers.simd_lt(counts) & self.clear;
-            if active.all_false() {
-                break;
-            }
+            // Rays that have become opaque go on with the others: a mask that waits for their light would make each
+            // step wait for the one before.
+            let active = numbers.simd_lt(counts);
             let mut point = start;
             for axis in 0..3 {
                 point[axis] = numbers.mul_add(stride[axis], start[axis]);
             }
             let samples = u64::from(active.to_bitmask().count_ones());
+            statistics.samples += samples;
             let value = if pure.contains(&number) {
-                self.statistics.interior_samples += samples;
+                statistics.interior_samples += samples;
                 evaluator.pure(simd, plan, point)
             } else {
                 evaluator.anywhere(simd, region, plan, point, active)
             };
-            self.statistics.samples += samples;
             let place = segments.place(simd, value, look.window);
-            self.add(place, length, active);
-            self.last = select(active, place, self.last);
-            self.clear &= self.light.transmittance.simd_ge(Floats::splat(simd, OPAQUE));
-            length = whole_length;
+            if number > 0.0 && one_segment {
+                let mean = slopes.mean(simd, state.last.position, place.position);
+                state.light.add(simd, &mean, length, active);
+            } else {
+                let next = state.add(simd, segments, &integral, place, length, active, finite);
+                integral = Glow::select(active, next, integral);
+            }
+            state.last = Place::select(active, place, state.last);
+            length = step;
             number += 1.0;
-        }
-        let counts: [f32; LANES] = counts.into();
-        for lane in 0..LANES {
-            if counts[lane] >= 1.0 {
-                self.last_at[lane] = first[lane] + (count[lane] - 1.0) * step[lane];
+            let clear = state.light.transmittance.simd_ge(Floats::splat(simd, OPAQUE));
+            if (clear & numbers.simd_lt(counts)).all_false() {
+                break;
             }
         }
+        state.clear &= state.light.transmittance.simd_ge(Floats::splat(simd, OPAQUE));
+        self.rays = state;
+        self.statistics = statistics;
+        let one = Floats::splat(simd, 1.0);
+        let sampled = counts.simd_ge(one);
+        let last_at = Doubles::from_floats(counts - one).mul_add(Doubles::from_floats(step), first_at);
+        self.last_at = Doubles::select(simd, sampled, last_at, self.last_at);
+    }
+}
+
+impl<S: Gather> Rays<S> {
+    /// Adds the interval from the last samples, up to which the integrals are `integral`, to `place`; returns the
+    /// integrals up to there. A sample that is no number is taken to be like the other end of its interval, over half
+    /// of it.
+    #[inline(always)]
+    fn add(
+        &mut self,
+        simd: S,
+        segments: &Segments,
+        integral: &Glow<S>,
+        place: Place<S>,
+        length: Floats<S>,
+        rays: Mask<S>,
+        finite: bool,
+    ) -> Glow<S> {
+        let slopes = segments.slopes(simd, place.segment);
+        let next = segments.integral(simd, &place, &slopes);
+        let mut mean = segments.mean(simd, [(&self.last, integral), (&place, &next)], &slopes);
+        let (mut length, mut seen) = (length, rays);
+        if !finite {
+            let sum = self.last.position + place.position;
+            let unknown = sum.simd_ne(sum) & rays;
+            let known_from = self.last.position.simd_eq(self.last.position);
+            let known_to = place.position.simd_eq(place.position);
+            let known = Place::select(known_to, place, self.last);
+            let alone = segments.slopes(simd, known.segment).mean(simd, known.position, known.position);
+            mean = Glow::select(unknown, alone, mean);
+            length = unknown.select(length * Floats::splat(simd, 0.5), length);
+            seen &= known_from | known_to;
+        }
+        self.light.add(simd, &mean, length, seen);
+        next
+    }
+
+    /// The integrals up to the last samples.
+    #[inline(always)]
+    fn integral(&self, simd: S, segments: &Segments) -> Glow<S> {
+        segments.integral(simd, &self.last, &segments.slopes(simd, self.last.segment))
     }
 }
 
 impl<S: Gather> Visitor<S> for Marcher<'_, S> {
     #[inline(always)]
     fn wanted(&mut self, node: usize, _: &Span<S>, rays: Mask<S>) -> Mask<S> {
-        let rays = rays & self.clear;
+        let rays = rays & self.rays.clear;
         // Where nothing is seen, intervals that came from elsewhere still have to end.
         if self.march.visibility.nodes[node] { rays } else { rays & self.begun }
     }
@@ -237,44 +254,63 @@ impl<S: Gather> Visitor<S> for Marcher<'_, S> {
         let simd = self.simd;
         let plan = &self.march.evaluator.plan.regions[region];
         let look = &self.march.visibility.regions[region];
-        let [enter, leave]: [[f32; LANES]; 2] = [span.enter.into(), span.leave.into()];
-        let [enter, leave] = [enter.map(f64::from), leave.map(f64::from)];
         self.statistics.region_visits += 1;
-        let Some(level) = plan.level else {
+        if plan.level.is_none() {
             // A hole: the last value goes on up to it.
-            let length = floats(simd, |lane| enter[lane] - self.last_at[lane]);
-            self.add(self.last, length, rays & self.begun);
+            let length = (Doubles::from_floats(span.enter) - self.last_at).to_floats();
+            let integral = self.rays.integral(simd, self.march.segments);
+            self.rays.add(
+                simd,
+                self.march.segments,
+                &integral,
+                self.rays.last,
+                length,
+                rays & self.begun,
+                self.march.evaluator.field.is_finite,
+            );
             self.begun &= !rays;
             return;
-        };
-        let local = self.local(plan, level);
+        }
         if !look.visible {
             let ending = rays & self.begun;
-            self.sample_at(region, &local, &enter, ending, ending, look.window);
+            self.sample_on_face(region, span.enter, ending, ending, look.window);
             self.begun &= !ending;
             return;
         }
         let beginning = rays & !self.begun;
         if beginning.any_true() {
-            self.sample_at(region, &local, &enter, beginning, Mask::splat(simd, false), look.window);
+            self.sample_on_face(region, span.enter, beginning, Mask::splat(simd, false), look.window);
             self.begun |= beginning;
         }
-        self.march_through(region, plan, look, &local, span, rays);
-        let ending = rays & self.clear & span.leave.simd_ge(self.end);
+        self.march_through(region, plan, look, span, rays);
+        let ending = rays & self.rays.clear & span.leave.simd_ge(self.end);
         if ending.any_true() {
-            self.sample_at(region, &local, &leave, ending, ending, look.window);
+            self.sample_on_face(region, span.leave, ending, ending, look.window);
             self.begun &= !ending;
         }
     }
 }
 
-impl LocalRays {
+impl<S: Gather> LocalRays<'_, S> {
     #[inline(always)]
-    fn at<S: Gather>(&self, simd: S, at: &[f64; LANES]) -> [Floats<S>; 3] {
-        [0, 1, 2].map(
-            #[inline(always)]
-            |axis| floats(simd, |lane| self.start[axis][lane] + at[lane] * self.direction[axis][lane]),
-        )
+    fn at(&self, simd: S, at: Doubles<S>) -> [Floats<S>; 3] {
+        let mut point = [Floats::splat(simd, 0.0); 3];
+        for axis in 0..3 {
+            let cells = at.mul_add(self.packet.direction[axis], self.packet.start[axis]);
+            let scale = Doubles::splat(simd, self.scale[axis]);
+            point[axis] = cells.mul_add(scale, Doubles::splat(simd, -self.plan.low[axis])).to_floats();
+        }
+        point
+    }
+
+    /// How far a step goes.
+    #[inline(always)]
+    fn stride(&self, simd: S, step: Floats<S>) -> [Floats<S>; 3] {
+        let mut stride = [step; 3];
+        for axis in 0..3 {
+            stride[axis] *= self.packet.direction[axis].to_floats() * Floats::splat(simd, self.scale[axis] as f32);
+        }
+        stride
     }
 }
 
@@ -294,11 +330,9 @@ fn pure_steps<S: Gather>(
     let infinity = Floats::splat(simd, f32::INFINITY);
     let (mut enter, mut leave) = (zero, infinity);
     for axis in 0..3 {
-        let inverse = Floats::splat(simd, 1.0) / stride[axis];
-        let [a, b] = [0, 1].map(
-            #[inline(always)]
-            |side| (Floats::splat(simd, plan.pure[side][axis]) - start[axis]) * inverse,
-        );
+        let inverse = stride[axis].approximate_recip();
+        let a = (Floats::splat(simd, plan.pure[0][axis]) - start[axis]) * inverse;
+        let b = (Floats::splat(simd, plan.pure[1][axis]) - start[axis]) * inverse;
         enter = enter.max(a.min(b));
         leave = leave.min(a.max(b));
     }
@@ -306,26 +340,5 @@ fn pure_steps<S: Gather>(
     let enter = enter.min(counts);
     let leave = leave.simd_ge(counts - Floats::splat(simd, 1.0)).select(infinity, leave);
     let used = counts.simd_gt(zero);
-    reduce(used.select(enter, zero), f32::max)..reduce(used.select(leave, infinity), f32::min)
-}
-
-#[inline(always)]
-fn select<S: Gather>(mask: Mask<S>, yes: Place<S>, no: Place<S>) -> Place<S> {
-    Place { position: mask.select(yes.position, no.position), segment: mask.select(yes.segment, no.segment) }
-}
-
-/// Lanes computed in double precision.
-#[inline(always)]
-fn floats<S: Gather>(simd: S, lane: impl Fn(usize) -> f64) -> Floats<S> {
-    let mut values = [0.0f32; LANES];
-    for (number, value) in values.iter_mut().enumerate() {
-        *value = lane(number) as f32;
-    }
-    Floats::from_slice(simd, &values)
-}
-
-#[inline(always)]
-fn reduce<S: Gather>(lanes: Floats<S>, combine: impl Fn(f32, f32) -> f32) -> f32 {
-    let lanes: [f32; LANES] = lanes.into();
-    lanes.into_iter().fold(lanes[0], combine)
+    simd.reduce_max_f32x16(used.select(enter, zero))..simd.reduce_min_f32x16(used.select(leave, infinity))
 }

@@ -1,115 +1,97 @@
 //! Sixteen neighbouring rays that go through the volume together.
 
 use fearless_simd::prelude::*;
+use glam::DVec3;
 
 use crate::index::Index;
 use crate::scene::PicturePlane;
-use crate::simd::{Floats, Gather, LANES};
+use crate::simd::{Doubles, Floats, Gather};
 
 /// Pixels per side of a packet.
 pub(super) const SIDE: usize = 4;
 
 /// Sixteen rays, in cells of the finest level: at `t`, a length in world units, a ray is at `start + t * direction`.
 pub(super) struct Packet<S: Gather> {
-    pub(super) start: [[f64; LANES]; 3],
-    pub(super) direction: [[f64; LANES]; 3],
+    pub(super) start: [Doubles<S>; 3],
+    pub(super) direction: [Doubles<S>; 3],
     /// Where on its ray each lattice of samples has a point.
-    pub(super) offset: [f64; LANES],
-    /// The length of a step on level 0.
-    pub(super) coarse_step: [f64; LANES],
+    pub(super) offset: Doubles<S>,
+    /// The length of a step on level 0, and one over it.
+    pub(super) coarse_step: Doubles<S>,
+    pub(super) coarse_rate: Doubles<S>,
     /// A place that all planes are measured from, so that single precision is enough for where rays cross them.
     reference: [f64; 3],
     inverse: [Floats<S>; 3],
     /// By how much a ray crosses a plane later than one through the reference.
     lag: [Floats<S>; 3],
-    /// Which child of a node comes first.
     order: Order,
 }
 
-/// How the packet decides which side of a plane its rays meet first.
+/// How a packet knows which side of a plane its rays meet first.
 #[derive(Clone, Copy)]
 enum Order {
-    /// The side that holds the eye, in cells of the finest level, from which all rays come.
-    Eye([f64; 3]),
-    /// The low side, where true: rays are parallel.
+    /// All rays come from the eye, which is at the reference: its side.
+    Eye,
+    /// Rays are parallel: the low side, where true.
     LowFirst([bool; 3]),
 }
 
 impl<S: Gather> Packet<S> {
-    /// The rays through points of a picture, `place` within each of the pixels from `corner` on. Lattices are shifted
-    /// by `shift` of a coarse step.
+    /// The rays through points of a picture, whose lattices are shifted by `shift` of a coarse step.
     #[inline(always)]
     pub(super) fn new(
         simd: S,
         index: &Index,
         plane: &PicturePlane,
-        [x, y]: [[f64; LANES]; 2],
-        shift: [f64; LANES],
+        [x, y]: [Doubles<S>; 2],
+        shift: Doubles<S>,
         samples_per_cell: f64,
     ) -> Self {
+        // A ray along a plane crosses it very far away, not never: no division by zero.
+        const LEAST: f64 = 1e-12;
         let hierarchy = index.hierarchy();
         let levels = hierarchy.levels();
         let (origin, finest) = (hierarchy.origin(), levels[levels.len() - 1].cell_size());
         let coarsest = levels[0].cell_size();
-        let mut start = [[0.0; LANES]; 3];
-        let mut direction = [[0.0; LANES]; 3];
-        let mut length = [0.0; LANES];
-        let mut cells = [0.0; LANES];
+        let zero = Doubles::splat(simd, 0.0);
+        let part = &plane.direction;
+        let parts =
+            [at_pixels(simd, part, [x, y], 0), at_pixels(simd, part, [x, y], 1), at_pixels(simd, part, [x, y], 2)];
+        let squares = parts[0] * parts[0] + parts[1] * parts[1] + parts[2] * parts[2];
+        let normal = squares.sqrt().recip(simd);
+        let (mut start, mut direction, mut inverse) = ([zero; 3], [zero; 3], [Floats::splat(simd, 0.0); 3]);
+        let mut cells = zero;
         for axis in 0..3 {
-            let [s, s_right, s_down] = plane.start.map(|vector| vector[axis]);
-            let [d, d_right, d_down] = plane.direction.map(|vector| vector[axis]);
-            for lane in 0..LANES {
-                start[axis][lane] = (s + s_right * x[lane] + s_down * y[lane] - origin[axis]) / finest[axis];
-                let part = d + d_right * x[lane] + d_down * y[lane];
-                length[lane] += part * part;
-                direction[axis][lane] = part;
-            }
+            start[axis] = (at_pixels(simd, &plane.start, [x, y], axis) - Doubles::splat(simd, origin[axis]))
+                * Doubles::splat(simd, finest[axis].recip());
+            let part = parts[axis] * normal;
+            let small = part.to_floats().abs().simd_lt(Floats::splat(simd, LEAST as f32));
+            let part = Doubles::select(simd, small, Doubles::splat(simd, LEAST), part);
+            let per_cell = part * Doubles::splat(simd, coarsest[axis].recip());
+            cells = per_cell.mul_add(per_cell, cells);
+            direction[axis] = part * Doubles::splat(simd, finest[axis].recip());
+            inverse[axis] = direction[axis].recip(simd).to_floats();
         }
-        for lane in 0..LANES {
-            length[lane] = length[lane].sqrt().recip();
-        }
-        // A ray along a plane crosses it very far away, not never: no division by zero.
-        const LEAST: f64 = 1e-12;
-        let mut inverse = [[0.0; LANES]; 3];
-        for axis in 0..3 {
-            for lane in 0..LANES {
-                let part = direction[axis][lane] * length[lane];
-                let part = if part.abs() < LEAST { LEAST.copysign(part) } else { part };
-                cells[lane] += (part / coarsest[axis]) * (part / coarsest[axis]);
-                direction[axis][lane] = part / finest[axis];
-                inverse[axis][lane] = finest[axis] / part;
-            }
-        }
-        let mut coarse_step = [0.0; LANES];
-        let mut offset = [0.0; LANES];
-        for lane in 0..LANES {
-            coarse_step[lane] = cells[lane].sqrt().recip() / samples_per_cell;
-            offset[lane] = coarse_step[lane] * shift[lane];
-        }
-        let reference = [0, 1, 2].map(|axis| start[axis][0]);
+        let rate = cells.sqrt() * Doubles::splat(simd, samples_per_cell);
+        let coarse_step = rate.recip(simd);
+        let parallel = plane.start[1] != DVec3::ZERO;
+        let reference = [start[0].first(), start[1].first(), start[2].first()];
         let mut lag = [Floats::splat(simd, 0.0); 3];
-        for axis in 0..3 {
-            let mut later = [0.0; LANES];
-            for lane in 0..LANES {
-                later[lane] = ((reference[axis] - start[axis][lane]) * inverse[axis][lane]) as f32;
+        let mut order = Order::Eye;
+        if parallel {
+            for axis in 0..3 {
+                lag[axis] = (Doubles::splat(simd, reference[axis]) - start[axis]).to_floats() * inverse[axis];
             }
-            lag[axis] = Floats::from_slice(simd, &later);
+            let [x, y, z] = direction;
+            order = Order::LowFirst([x.first() > 0.0, y.first() > 0.0, z.first() > 0.0]);
         }
-        let order = if plane.start[1] == glam::DVec3::ZERO {
-            Order::Eye(reference)
-        } else {
-            Order::LowFirst([0, 1, 2].map(|axis| direction[axis][0] > 0.0))
-        };
-        let inverse = inverse.map(
-            #[inline(always)]
-            |lanes| Floats::from_slice(simd, &lanes.map(|value| value as f32)),
-        );
-        Self { start, direction, offset, coarse_step, reference, inverse, lag, order }
+        let offset = coarse_step * shift;
+        Self { start, direction, offset, coarse_step, coarse_rate: rate, reference, inverse, lag, order }
     }
 
     /// Where the rays cross the plane at `place` (in cells of the finest level) across `axis`.
     #[inline(always)]
-    pub(super) fn crossing(&self, simd: S, axis: usize, place: f64) -> Floats<S> {
+    fn crossing(&self, simd: S, axis: usize, place: f64) -> Floats<S> {
         let distance = Floats::splat(simd, (place - self.reference[axis]) as f32);
         distance.mul_add(self.inverse[axis], self.lag[axis])
     }
@@ -120,9 +102,9 @@ impl<S: Gather> Packet<S> {
     pub(super) fn change(&self, simd: S, axis: usize, place: f64) -> (Floats<S>, bool) {
         let crossing = self.crossing(simd, axis, place);
         match self.order {
-            Order::Eye(eye) => {
+            Order::Eye => {
                 let ahead = crossing.simd_ge(Floats::splat(simd, 0.0));
-                (ahead.select(crossing, Floats::splat(simd, f32::INFINITY)), eye[axis] < place)
+                (ahead.select(crossing, Floats::splat(simd, f32::INFINITY)), self.reference[axis] < place)
             }
             Order::LowFirst(low) => (crossing, low[axis]),
         }
@@ -140,4 +122,16 @@ impl<S: Gather> Packet<S> {
         }
         [enter, leave]
     }
+}
+
+/// A vector that is linear in the pixel, along one axis.
+#[inline(always)]
+fn at_pixels<S: Gather>(
+    simd: S,
+    [corner, right, down]: &[DVec3; 3],
+    [x, y]: [Doubles<S>; 2],
+    axis: usize,
+) -> Doubles<S> {
+    let (corner, right) = (Doubles::splat(simd, corner[axis]), Doubles::splat(simd, right[axis]));
+    x.mul_add(right, y.mul_add(Doubles::splat(simd, down[axis]), corner))
 }

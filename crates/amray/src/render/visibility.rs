@@ -5,6 +5,7 @@ use rayon::prelude::*;
 use crate::Volume;
 use crate::appearance::{PreparedTransferFunction, Segments, Window};
 use crate::index::{Index, Node};
+use crate::padded::Padded;
 
 /// How a region is sampled under one transfer function.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -25,16 +26,24 @@ pub(super) struct Visibility {
     pub(super) nodes: Vec<bool>,
 }
 
+/// How far a region's light may be off because its samples are far apart.
+const TOLERANCE: f64 = 2e-4;
+/// The longest and the shortest step, in cells.
+const STEPS: [f64; 2] = [8.0, 1.0];
+
 impl Visibility {
     pub(super) fn new(
         volume: &Volume,
+        padded: &Padded,
         function: &PreparedTransferFunction,
         segments: &Segments,
-        unit: impl Fn(f64) -> f64 + Sync,
     ) -> Self {
         let index = volume.index();
         let steps = steps(index);
         let ranges = volume.ranges();
+        let normalization = padded.field.normalization;
+        let boxes = index.region_boxes();
+        let finest = index.hierarchy().levels()[index.hierarchy().finest_level()].cell_size();
         let regions: Vec<RegionLook> = index
             .regions()
             .par_iter()
@@ -43,10 +52,16 @@ impl Visibility {
             .map(|(number, region)| {
                 let [low, high] = ranges.region(number).map(f64::from);
                 let Some(level) = region.finest_level() else { return RegionLook::default() };
+                let window = segments.window([low, high].map(|value| normalization.to_unit(value) as f32));
+                // Over a step of n cells, values differ from a line by up to n^2 / 8 of how far they bend in one.
+                let sides = boxes[number].size();
+                let depth = (0..3).map(|axis| sides[axis] as f64 * finest[axis]).fold(0.0, f64::max);
+                let error = f64::from(padded.roughness[number]) / 8.0 * segments.steepness(window) * depth;
+                let cells = (TOLERANCE / error).sqrt().min(STEPS[0]).max(STEPS[1]).log2().floor().exp2();
                 RegionLook {
                     visible: low <= high && function.max_extinction(low, high) > 0.0,
-                    window: segments.window([low, high].map(|value| unit(value) as f32)),
-                    step: steps[level],
+                    window,
+                    step: steps[level] * cells,
                 }
             })
             .collect();

@@ -26,14 +26,20 @@ pub(crate) trait Gather: Simd {
     /// All sixteen places must be readable; they need not be aligned.
     unsafe fn gather_scaled(self, base: *const f64, index: i32x16<Self>, low: f64, scale: f64) -> f32x16<Self>;
 
-    /// The entries of a table of [`TABLE`] numbers. Indices count modulo its length.
-    fn look_up_short(self, table: &[f32; TABLE], index: i32x16<Self>) -> f32x16<Self>;
+    /// The entries of a table as long as a register. Indices count modulo its length.
+    fn look_up_16(self, table: &[f32; 16], index: i32x16<Self>) -> f32x16<Self>;
 
-    /// The entries of a table; indices outside mean its last one. Tables of [`TABLE`] numbers are quickest.
+    /// The entries of a table as long as two registers. Indices count modulo its length.
+    fn look_up_32(self, table: &[f32; 32], index: i32x16<Self>) -> f32x16<Self>;
+
+    /// The entries of a table; indices must lie in it, but any are safe. [`SHORT_TABLES`] are quickest.
     #[inline(always)]
     fn look_up(self, table: &[f32], index: i32x16<Self>) -> f32x16<Self> {
         if let Ok(table) = table.try_into() {
-            return self.look_up_short(table, index);
+            return self.look_up_16(table, index);
+        }
+        if let Ok(table) = table.try_into() {
+            return self.look_up_32(table, index);
         }
         let natural: u32x16<Self> = index.bitcast();
         let index = natural.min(u32x16::splat(self, table.len() as u32 - 1)).bitcast();
@@ -42,8 +48,8 @@ pub(crate) trait Gather: Simd {
     }
 }
 
-/// Entries of a table that can be kept in registers.
-pub(crate) const TABLE: usize = 32;
+/// The lengths of tables that can be kept in registers.
+pub(crate) const SHORT_TABLES: [usize; 2] = [16, 32];
 
 /// One load a lane: for instruction sets without gathers, and what the others are tested against.
 macro_rules! gather_by_loads {
@@ -75,9 +81,15 @@ macro_rules! gather_by_loads {
             }
 
             #[inline(always)]
-            fn look_up_short(self, table: &[f32; TABLE], index: i32x16<Self>) -> f32x16<Self> {
+            fn look_up_16(self, table: &[f32; 16], index: i32x16<Self>) -> f32x16<Self> {
                 let index: [i32; LANES] = index.into();
-                index.map(|index| table[index as usize % TABLE]).simd_into(self)
+                index.map(|index| table[index as usize % 16]).simd_into(self)
+            }
+
+            #[inline(always)]
+            fn look_up_32(self, table: &[f32; 32], index: i32x16<Self>) -> f32x16<Self> {
+                let index: [i32; LANES] = index.into();
+                index.map(|index| table[index as usize % 32]).simd_into(self)
             }
         }
     };
@@ -125,7 +137,10 @@ mod x86 {
                         .map(|index| unsafe { _mm512_castpd_ps(_mm512_i32gather_pd::<4>(index, base.cast())) });
                     let even = _mm512_setr_epi32(0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30);
                     let odd = _mm512_or_si512(even, _mm512_set1_epi32(1));
-                    [even, odd].map(|order| _mm512_permutex2var_ps(low, order, high).simd_into(simd))
+                    [
+                        _mm512_permutex2var_ps(low, even, high).simd_into(simd),
+                        _mm512_permutex2var_ps(low, odd, high).simd_into(simd),
+                    ]
                 }
             );
             gather_pairs(self, base, index)
@@ -157,17 +172,27 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn look_up_short(self, table: &[f32; TABLE], index: i32x16<Self>) -> f32x16<Self> {
+        fn look_up_16(self, table: &[f32; 16], index: i32x16<Self>) -> f32x16<Self> {
             kernel!(
                 #[inline(always)]
-                fn look_up(simd: Avx512, table: &[f32; TABLE], index: i32x16<Avx512>) -> f32x16<Avx512> {
-                    let (low, high) = table.split_at(LANES);
-                    // SAFETY: both halves hold sixteen numbers.
-                    let [low, high] = [low, high].map(|half| unsafe { _mm512_loadu_ps(half.as_ptr()) });
-                    _mm512_permutex2var_ps(low, index.into(), high).simd_into(simd)
+                fn look_up(simd: Avx512, table: f32x16<Avx512>, index: i32x16<Avx512>) -> f32x16<Avx512> {
+                    _mm512_permutexvar_ps(index.into(), table.into()).simd_into(simd)
                 }
             );
-            look_up(self, table, index)
+            look_up(self, f32x16::from_slice(self, table), index)
+        }
+
+        #[inline(always)]
+        fn look_up_32(self, table: &[f32; 32], index: i32x16<Self>) -> f32x16<Self> {
+            kernel!(
+                #[inline(always)]
+                fn look_up(simd: Avx512, table: [f32x16<Avx512>; 2], index: i32x16<Avx512>) -> f32x16<Avx512> {
+                    let [low, high] = table;
+                    _mm512_permutex2var_ps(low.into(), index.into(), high.into()).simd_into(simd)
+                }
+            );
+            let (low, high) = table.split_at(LANES);
+            look_up(self, [f32x16::from_slice(self, low), f32x16::from_slice(self, high)], index)
         }
     }
 
@@ -240,10 +265,15 @@ mod x86 {
         }
 
         #[inline(always)]
-        fn look_up_short(self, table: &[f32; TABLE], index: i32x16<Self>) -> f32x16<Self> {
-            let index = index & i32x16::splat(self, TABLE as i32 - 1);
+        fn look_up_16(self, table: &[f32; 16], index: i32x16<Self>) -> f32x16<Self> {
             // SAFETY: the masked indices lie in the table.
-            unsafe { self.gather(table.as_ptr(), index) }
+            unsafe { self.gather(table.as_ptr(), index & i32x16::splat(self, 15)) }
+        }
+
+        #[inline(always)]
+        fn look_up_32(self, table: &[f32; 32], index: i32x16<Self>) -> f32x16<Self> {
+            // SAFETY: the masked indices lie in the table.
+            unsafe { self.gather(table.as_ptr(), index & i32x16::splat(self, 31)) }
         }
     }
 }
@@ -256,12 +286,12 @@ mod tests {
     struct Gathers<'a> {
         singles: &'a [f32],
         doubles: &'a [f64],
-        table: &'a [f32; TABLE],
+        table: &'a [f32; 40],
         index: [i32; LANES],
     }
 
     impl Kernel for Gathers<'_> {
-        type Output = [[f32; LANES]; 5];
+        type Output = [[f32; LANES]; 7];
         fn run<S: Gather>(self, simd: S) -> Self::Output {
             let index = Integers::from_slice(simd, &self.index);
             // SAFETY: the indices, and those behind them, lie in the slices.
@@ -272,6 +302,8 @@ mod tests {
                     *first,
                     *second,
                     *simd.gather_scaled(self.doubles.as_ptr(), index, 3.0, 0.5),
+                    *simd.look_up(&self.table[..16], index & Integers::splat(simd, 15)),
+                    *simd.look_up(&self.table[..32], index & Integers::splat(simd, 31)),
                     *simd.look_up(self.table, index),
                 ]
             }
@@ -291,7 +323,9 @@ mod tests {
                 index.map(|i| i as f32),
                 index.map(|i| i as f32 + 1.0),
                 index.map(|i| (i as f32 - 3.0) * 0.5),
+                index.map(|i| 1000.0 + (i % 16) as f32),
                 index.map(|i| 1000.0 + (i % 32) as f32),
+                index.map(|i| 1000.0 + i.min(39) as f32),
             ];
             assert_eq!(found, expected, "{}", set.name());
         }

@@ -4,21 +4,20 @@ use fearless_simd::prelude::*;
 
 use super::{Floats, Gather, Integers, Naturals};
 
-/// 2 to the power of `x`, relative error below 3e-7 where `x` is within -126 and 126; clamped outside.
+/// 2 to the power of `x`, relative error below 3e-7 where `x` is within -126 and 127; clamped below.
 #[inline(always)]
 pub(crate) fn exp2<S: Gather>(simd: S, x: Floats<S>) -> Floats<S> {
-    let x = x.max(Floats::splat(simd, -126.0)).min(Floats::splat(simd, 126.0));
+    let x = x.max(Floats::splat(simd, -126.0));
     // To the nearest integer: the polynomial covers -1/2 to 1/2.
     let whole = x.round_ties_even();
     let part = x - whole;
-    // Minimax on [-1/2, 1/2]; the constant term is 1, so that exp2(0) is exact.
-    let mut sum = Floats::splat(simd, 1.535_336_2e-4);
-    for coefficient in [1.339_887_5e-3, 9.618_437e-3, 5.550_332_6e-2, 2.402_264_8e-1, 6.931_472e-1, 1.0] {
+    // Minimax on [-1/2, 1/2] with the constant term 1, so that exp2(0) is exact.
+    let mut sum = Floats::splat(simd, 1.326_472_5e-3);
+    for coefficient in [9.671_506e-3, 5.550_733_7e-2, 2.402_224_2e-1, 6.931_47e-1, 1.0] {
         sum = sum.mul_add(part, Floats::splat(simd, coefficient));
     }
-    let exponent: Integers<S> = whole.to_int();
-    let power: Integers<S> = (exponent + Integers::splat(simd, 127)) << 23;
-    sum * power.bitcast::<Floats<S>>()
+    let power: Integers<S> = whole.to_int::<Integers<S>>() << 23;
+    (sum.bitcast::<Integers<S>>() + power).bitcast()
 }
 
 /// The logarithm to base 2 of positive normal `x`, absolute error below 2e-6.
@@ -42,14 +41,6 @@ pub(crate) fn log2<S: Gather>(simd: S, x: Floats<S>) -> Floats<S> {
     sum.mul_add(z, exponent)
 }
 
-/// 1 / x, relative error below 1e-6.
-#[inline(always)]
-pub(crate) fn reciprocal<S: Gather>(simd: S, x: Floats<S>) -> Floats<S> {
-    let near = x.approximate_recip();
-    // A step of Newton's method.
-    near * (Floats::splat(simd, 2.0) - x * near)
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::{InstructionSet, Kernel};
@@ -59,10 +50,10 @@ mod tests {
     struct Functions([f32; 16]);
 
     impl Kernel for Functions {
-        type Output = [[f32; 16]; 3];
+        type Output = [[f32; 16]; 2];
         fn run<S: Gather>(self, simd: S) -> Self::Output {
             let x = Floats::from_slice(simd, &self.0);
-            [*exp2(simd, x), *log2(simd, x.abs()), *reciprocal(simd, x)]
+            [*exp2(simd, x), *log2(simd, x.abs())]
         }
     }
 
@@ -71,15 +62,13 @@ mod tests {
         for set in InstructionSet::available() {
             for start in 0..2000 {
                 let x: [f32; 16] = std::array::from_fn(|lane| (start * 16 + lane) as f32 * 0.00311 - 49.7);
-                let [exponentials, logarithms, reciprocals] = set.run(Functions(x));
+                let [exponentials, logarithms] = set.run(Functions(x));
                 for (lane, x) in x.into_iter().map(f64::from).enumerate() {
                     let name = set.name();
                     let error = f64::from(exponentials[lane]) / x.exp2() - 1.0;
                     assert!(error.abs() < 3e-7, "{name}: 2^{x} is off by {error:e}");
                     let error = f64::from(logarithms[lane]) - x.abs().log2();
                     assert!(error.abs() < 2e-6, "{name}: log2 {x} is off by {error:e}");
-                    let error = f64::from(reciprocals[lane]) * x - 1.0;
-                    assert!(error.abs() < 1e-6, "{name}: 1 / {x} is off by {error:e}");
                 }
             }
             let [exponentials, ..] = set.run(Functions([0.0; 16]));

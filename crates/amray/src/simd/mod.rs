@@ -3,13 +3,15 @@
 //! Kernels are written once over a [`fearless_simd::Simd`] token at one width, sixteen lanes of `f32`, whatever the
 //! registers of the machine. What the library does not have (gathers, table look-ups) is in `Gather`.
 
+mod doubles;
 mod gather;
 mod math;
 
 use fearless_simd::{Level, f32x16, i32x16, mask32x16, u32x16};
 
-pub(crate) use gather::{Gather, TABLE};
-pub(crate) use math::{exp2, log2, reciprocal};
+pub(crate) use doubles::Doubles;
+pub(crate) use gather::{Gather, SHORT_TABLES};
+pub(crate) use math::{exp2, log2};
 
 /// Lanes of a packet.
 pub(crate) const LANES: usize = 16;

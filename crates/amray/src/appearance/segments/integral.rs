@@ -3,7 +3,10 @@
 use fearless_simd::prelude::*;
 
 use super::{PositionAxis, Segments, Window};
-use crate::simd::{Floats, Gather, Integers, Mask, exp2, log2, reciprocal};
+use crate::simd::{Floats, Gather, Integers, Mask, exp2, log2};
+
+/// Windows of so few segments are searched one by one.
+const FEW: u16 = 6;
 
 /// What sixteen rays have collected so far.
 #[derive(Clone, Copy)]
@@ -12,20 +15,25 @@ pub(crate) struct Light<S: Gather> {
     pub(crate) transmittance: Floats<S>,
 }
 
-/// An end of an interval: a position and the segment that it lies in.
+/// Positions, and the segments that they lie in.
 #[derive(Clone, Copy)]
 pub(crate) struct Place<S: Gather> {
     pub(crate) position: Floats<S>,
     pub(crate) segment: Integers<S>,
 }
 
-/// A stretch of each ray between two samples, along which the value runs linearly from one to the other.
+/// Extinction and emission (extinction times red, green and blue), or their integrals over positions.
 #[derive(Clone, Copy)]
-pub(crate) struct Interval<S: Gather> {
-    pub(crate) from: Place<S>,
-    pub(crate) to: Place<S>,
-    /// In units of the extinction's reciprocal.
-    pub(crate) length: Floats<S>,
+pub(crate) struct Glow<S: Gather> {
+    extinction: Floats<S>,
+    emission: [Floats<S>; 3],
+}
+
+/// How the integrals go on over segments: coefficients of their derivatives.
+#[derive(Clone, Copy)]
+pub(crate) struct Slopes<S: Gather> {
+    extinction: [Floats<S>; 2],
+    emission: [[Floats<S>; 3]; 3],
 }
 
 impl<S: Gather> Light<S> {
@@ -33,6 +41,91 @@ impl<S: Gather> Light<S> {
     #[inline(always)]
     pub(crate) fn none(simd: S) -> Self {
         Self { color: [Floats::splat(simd, 0.0); 3], transmittance: Floats::splat(simd, 1.0) }
+    }
+
+    /// Adds what `active` rays meet over a length.
+    #[inline(always)]
+    pub(crate) fn add(&mut self, simd: S, glow: &Glow<S>, length: Floats<S>, active: Mask<S>) {
+        let zero = Floats::splat(simd, 0.0);
+        let depth = (glow.extinction * length).max(zero);
+        // Alpha over depth. No lookahead of many steps fits into a processor: what counts is how soon a step is done.
+        let ratio = if (active & depth.simd_gt(Floats::splat(simd, THIN))).all_false() {
+            thin(simd, depth)
+        } else {
+            let alpha = Floats::splat(simd, 1.0) - exp2(simd, depth * Floats::splat(simd, -std::f32::consts::LOG2_E));
+            let thick = alpha / depth.max(Floats::splat(simd, THIN));
+            depth.simd_gt(Floats::splat(simd, THIN)).select(thick, thin(simd, depth))
+        };
+        let seen = self.transmittance * ratio;
+        let share = seen * length;
+        for channel in 0..3 {
+            // What other rays would add may be no number.
+            let sum = share.mul_add(glow.emission[channel], self.color[channel]);
+            self.color[channel] = active.select(sum, self.color[channel]);
+        }
+        self.transmittance = active.select(self.transmittance - seen * depth, self.transmittance);
+    }
+}
+
+/// Optical depths up to which `thin` is used.
+const THIN: f32 = 0.5;
+
+/// (1 - exp(-depth)) / depth for depths of 0 to 1/2, relative error below 2e-7.
+#[inline(always)]
+fn thin<S: Gather>(simd: S, depth: Floats<S>) -> Floats<S> {
+    let square = depth * depth;
+    let low = depth.mul_add(Floats::splat(simd, -0.499_994_63), Floats::splat(simd, 1.0));
+    let high = depth.mul_add(Floats::splat(simd, -0.041_042_48), Floats::splat(simd, 0.166_563_6));
+    square.mul_add(square.mul_add(Floats::splat(simd, 0.006_807_61), high), low)
+}
+
+impl<S: Gather> Place<S> {
+    /// `yes` where the mask is set, else `no`.
+    #[inline(always)]
+    pub(crate) fn select(mask: Mask<S>, yes: Self, no: Self) -> Self {
+        Self { position: mask.select(yes.position, no.position), segment: mask.select(yes.segment, no.segment) }
+    }
+}
+
+impl<S: Gather> Glow<S> {
+    /// `yes` where the mask is set, else `no`.
+    #[inline(always)]
+    pub(crate) fn select(mask: Mask<S>, yes: Self, no: Self) -> Self {
+        let mut selected = Self { extinction: mask.select(yes.extinction, no.extinction), ..no };
+        for channel in 0..3 {
+            selected.emission[channel] = mask.select(yes.emission[channel], no.emission[channel]);
+        }
+        selected
+    }
+
+    /// The mean between two places, from the integrals up to them.
+    #[inline(always)]
+    fn between([from, to]: [&Self; 2], width: Floats<S>) -> Self {
+        // To four digits: this goes into an opacity.
+        let inverse = width.approximate_recip();
+        let mut mean = Self { extinction: (to.extinction - from.extinction) * inverse, ..*to };
+        for channel in 0..3 {
+            mean.emission[channel] = (to.emission[channel] - from.emission[channel]) * inverse;
+        }
+        mean
+    }
+}
+
+impl<S: Gather> Slopes<S> {
+    /// The mean over intervals that lie on one segment each, between two positions.
+    #[inline(always)]
+    pub(crate) fn mean(&self, simd: S, from: Floats<S>, to: Floats<S>) -> Glow<S> {
+        let middle = (from + to) * Floats::splat(simd, 0.5);
+        let width = to - from;
+        // The mean square of the position.
+        let square = (width * width).mul_add(Floats::splat(simd, 1.0 / 12.0), middle * middle);
+        let [base, slope] = self.extinction;
+        let mut mean = Glow { extinction: middle.mul_add(slope, base), emission: [square; 3] };
+        for channel in 0..3 {
+            let [base, slope, curvature] = self.emission[channel];
+            mean.emission[channel] = square.mul_add(curvature, middle.mul_add(slope, base));
+        }
+        mean
     }
 }
 
@@ -43,16 +136,24 @@ impl Segments {
         let position = match self.axis {
             PositionAxis::Linear => value,
             PositionAxis::Log { shift, factor, offset } => {
-                let [shift, factor, offset, zero, one, least] = [shift, factor, offset, 0.0, 1.0, f32::MIN_POSITIVE]
-                    .map(
-                        #[inline(always)]
-                        |number| Floats::splat(simd, number),
-                    );
-                log2(simd, (value + shift).max(least)).mul_add(factor, offset).max(zero).min(one)
+                let least = Floats::splat(simd, f32::MIN_POSITIVE);
+                let logarithm = log2(simd, (value + Floats::splat(simd, shift)).max(least));
+                let position = logarithm.mul_add(Floats::splat(simd, factor), Floats::splat(simd, offset));
+                let position = position.max(Floats::splat(simd, 0.0)).min(Floats::splat(simd, 1.0));
+                let unknown = value.simd_ne(value);
+                unknown.select(value, position)
             }
         };
         let last = Integers::splat(simd, i32::from(window.last));
         let mut segment = Integers::splat(simd, i32::from(window.first));
+        if window.last - window.first < FEW {
+            // No comparison waits for another one.
+            let one = Integers::splat(simd, 1);
+            for next in &self.starts[usize::from(window.first) + 1..=usize::from(window.last)] {
+                segment = position.simd_ge(Floats::splat(simd, *next)).select(segment + one, segment);
+            }
+            return Place { position, segment };
+        }
         // The highest segment that starts at or below the position.
         let mut step = ((u32::from(window.last - window.first) + 1).next_power_of_two() / 2) as i32;
         while step > 0 {
@@ -64,76 +165,51 @@ impl Segments {
         Place { position, segment }
     }
 
-    /// Adds what the intervals of `active` rays emit and absorb, exactly for values that run linearly: an interval is
-    /// cut where its values go from one segment to the next, and on one segment the optical depth and the mean colour,
-    /// weighed by extinction, have closed forms.
+    /// The slopes of the segments of places.
     #[inline(always)]
-    pub(crate) fn add<S: Gather>(&self, simd: S, light: &mut Light<S>, interval: &Interval<S>, active: Mask<S>) {
-        let Interval { from, to, length } = *interval;
-        let differs = from.segment.simd_ne(to.segment) & active;
-        let width = to.position - from.position;
-        if differs.all_false() {
-            return self.add_linear(simd, light, to.segment, [from.position, width], length, active);
-        }
-        let zero = Floats::splat(simd, 0.0);
-        let rises = width.simd_gt(zero);
-        let per_width = length * differs.select(reciprocal(simd, width), zero);
-        let [one, minus_one] = [1, -1].map(
-            #[inline(always)]
-            |number| Integers::splat(simd, number),
-        );
-        let direction = rises.select(one, minus_one);
-        // The next segment's start lies ahead of rising values, the own one's ahead of falling ones.
-        let ahead = rises.select(one, Integers::splat(simd, 0));
-        let (mut position, mut segment) = (from.position, from.segment);
-        let mut left = active;
-        loop {
-            let last = segment.simd_eq(to.segment);
-            let boundary = simd.look_up(&self.starts, segment + ahead);
-            let end = last.select(to.position, boundary);
-            let width = end - position;
-            let length = differs.select(width * per_width, length).max(zero);
-            self.add_linear(simd, light, segment, [position, width], length, left);
-            left &= !last;
-            if left.all_false() {
-                return;
+    pub(crate) fn slopes<S: Gather>(&self, simd: S, segment: Integers<S>) -> Slopes<S> {
+        let [_, base, slope] = &self.extinction;
+        let extinction = [simd.look_up(base, segment), simd.look_up(slope, segment)];
+        let mut emission = [[extinction[0]; 3]; 3];
+        for channel in 0..3 {
+            for power in 0..3 {
+                emission[channel][power] = simd.look_up(&self.emission[channel][power + 1], segment);
             }
-            position = end;
-            segment += direction;
         }
+        Slopes { extinction, emission }
     }
 
-    /// Adds an interval on one segment: from a position, over a width of positions.
+    /// The integrals of extinction and emission from position 0 to places.
     #[inline(always)]
-    fn add_linear<S: Gather>(
+    pub(crate) fn integral<S: Gather>(&self, simd: S, place: &Place<S>, slopes: &Slopes<S>) -> Glow<S> {
+        let (half, third) = (Floats::splat(simd, 1.0 / 2.0), Floats::splat(simd, 1.0 / 3.0));
+        let x = place.position;
+        let [base, slope] = slopes.extinction;
+        let constant = simd.look_up(&self.extinction[0], place.segment);
+        let mut integral = Glow { extinction: x.mul_add(x.mul_add(slope * half, base), constant), emission: [x; 3] };
+        for channel in 0..3 {
+            let [base, slope, curvature] = slopes.emission[channel];
+            let constant = simd.look_up(&self.emission[channel][0], place.segment);
+            let rest = x.mul_add(x.mul_add(curvature * third, slope * half), base);
+            integral.emission[channel] = x.mul_add(rest, constant);
+        }
+        integral
+    }
+
+    /// The mean over intervals between two places, exact for values that run linearly; each place with the integral up
+    /// to it, and the slopes at the second one.
+    #[inline(always)]
+    pub(crate) fn mean<S: Gather>(
         &self,
         simd: S,
-        light: &mut Light<S>,
-        segment: Integers<S>,
-        [from, width]: [Floats<S>; 2],
-        length: Floats<S>,
-        active: Mask<S>,
-    ) {
-        let [zero, half, one, two] = [0.0, 0.5, 1.0, 2.0].map(
-            #[inline(always)]
-            |number| Floats::splat(simd, number),
-        );
-        let middle = width.mul_add(half, from);
-        let slope = simd.look_up(&self.extinction[1], segment);
-        let extinction = middle.mul_add(slope, simd.look_up(&self.extinction[0], segment)).max(zero);
-        let depth = extinction * length;
-        let alpha = one - exp2(simd, depth * Floats::splat(simd, -std::f32::consts::LOG2_E));
-        // Where extinction rises, the colours at the far end count for more: the mean of a product of two lines.
-        let tiny = Floats::splat(simd, 1e-30);
-        let rise = (slope * width * reciprocal(simd, extinction.max(tiny))).max(-two).min(two);
-        let weighed = (rise * width).mul_add(Floats::splat(simd, 1.0 / 12.0), middle);
-        let seen = active.select(alpha, zero) * light.transmittance;
-        // What other rays would add may be no number.
-        for channel in 0..3 {
-            let [base, slope] = &self.color[channel];
-            let color = weighed.mul_add(simd.look_up(slope, segment), simd.look_up(base, segment));
-            light.color[channel] = active.select(seen.mul_add(color, light.color[channel]), light.color[channel]);
-        }
-        light.transmittance = light.transmittance - seen;
+        [from, to]: [(&Place<S>, &Glow<S>); 2],
+        slopes: &Slopes<S>,
+    ) -> Glow<S> {
+        // The difference of integrals over less would be rounding.
+        const NARROW: f32 = 1e-4;
+        let width = to.0.position - from.0.position;
+        let apart = from.0.segment.simd_ne(to.0.segment) & width.abs().simd_gt(Floats::splat(simd, NARROW));
+        let same = slopes.mean(simd, from.0.position, to.0.position);
+        Glow::select(apart, Glow::between([from.1, to.1], width), same)
     }
 }

@@ -4,9 +4,10 @@ mod integral;
 mod knots;
 
 use super::{PreparedTransferFunction, Scale};
-use crate::simd::TABLE;
+use crate::simd::SHORT_TABLES;
+use knots::Knot;
 
-pub(crate) use integral::{Interval, Light, Place};
+pub(crate) use integral::{Glow, Light, Place};
 
 /// Extinction and colour, linear in the position on each of a number of segments.
 ///
@@ -16,11 +17,13 @@ pub(crate) struct Segments {
     axis: PositionAxis,
     /// Where each segment starts; the first one reaches down to minus, the last one up to plus infinity.
     starts: Vec<f32>,
-    /// Extinction: its value at position 0 and its slope.
-    extinction: [Vec<f32>; 2],
-    /// Red, green and blue: the same.
-    color: [[Vec<f32>; 2]; 3],
+    /// Coefficients of the extinction's integral, then, for powers 0 and 1 of the position, of the extinction.
+    extinction: [Vec<f32>; 3],
+    /// The same of red, green and blue times extinction, with powers 0 to 2.
+    emission: [[Vec<f32>; 4]; 3],
     count: usize,
+    /// Per segment, how much extinction or emission change per position.
+    steepness: Vec<f64>,
 }
 
 /// How positions follow from units of the field's range.
@@ -65,39 +68,53 @@ impl Segments {
             axis,
             starts: Vec::with_capacity(count),
             extinction: Default::default(),
-            color: Default::default(),
+            emission: Default::default(),
             count,
+            steepness: Vec::with_capacity(count),
         };
+        let mut integrals = [0.0; 4];
         for pair in knots.windows(2) {
-            let [from, to] = [&pair[0], &pair[1]];
-            segments.starts.push(from.position as f32);
-            let line = |component: usize| {
-                let [a, b] = [from.after[component], to.before[component]];
-                let slope = (b - a) / (to.position - from.position);
-                [(a - slope * from.position) as f32, slope as f32]
-            };
-            let [[extinction, color @ ..], [extinction_slope, color_slopes @ ..]] =
-                [0, 1].map(|coefficient| [0, 1, 2, 3].map(|component| line(component)[coefficient]));
-            segments.extinction[0].push(extinction);
-            segments.extinction[1].push(extinction_slope);
-            for channel in 0..3 {
-                segments.color[channel][0].push(color[channel]);
-                segments.color[channel][1].push(color_slopes[channel]);
-            }
+            segments.push(&pair[0], &pair[1], &mut integrals);
         }
-        // Tables have one length, and no value is found beyond the last segment.
-        let length = count.max(TABLE);
+        // Short tables can be kept in registers, and no value is found beyond the last segment.
+        let length = SHORT_TABLES.into_iter().find(|&length| count <= length).unwrap_or(count);
         segments.starts.resize(length, f32::INFINITY);
-        let [red, green, blue] = &mut segments.color;
-        for table in [&mut segments.extinction, red, green, blue].into_iter().flatten() {
+        for table in segments.extinction.iter_mut().chain(segments.emission.as_flattened_mut()) {
             table.resize(length, 0.0);
         }
         segments
     }
 
-    /// The number of segments.
-    pub(crate) fn count(&self) -> usize {
-        self.count
+    /// Appends the segment between two knots; `integrals` are those of extinction and emission up to its start.
+    fn push(&mut self, from: &Knot, to: &Knot, integrals: &mut [f64; 4]) {
+        let line = |component: usize| {
+            let slope = (to.before[component] - from.after[component]) / (to.position - from.position);
+            [from.after[component] - slope * from.position, slope]
+        };
+        // The antiderivative of a polynomial, whose coefficients start with power 0, without its constant.
+        let antiderivative = |coefficients: &[f64], x: f64| -> f64 {
+            coefficients.iter().enumerate().map(|(power, c)| c * x.powi(power as i32 + 1) / (power + 1) as f64).sum()
+        };
+        let [extinction, slope] = line(0);
+        self.starts.push(from.position as f32);
+        let append = |tables: &mut [Vec<f32>], coefficients: &[f64], integral: &mut f64| {
+            let [start, end] = [from.position, to.position].map(|x| antiderivative(coefficients, x));
+            tables[0].push((*integral - start) as f32);
+            *integral += end - start;
+            for (table, coefficient) in tables[1..].iter_mut().zip(coefficients) {
+                table.push(*coefficient as f32);
+            }
+        };
+        // A step, if only at the far end, is as if it took a thousandth of the range.
+        let width = to.position - from.position;
+        let step = (to.after[0] - to.before[0]).abs() / 1e-3;
+        self.steepness.push(((to.before[0] - from.after[0]).abs() / width).max(step));
+        append(&mut self.extinction, &[extinction, slope], &mut integrals[0]);
+        for channel in 0..3 {
+            let [color, color_slope] = line(channel + 1);
+            let product = [extinction * color, extinction * color_slope + slope * color, slope * color_slope];
+            append(&mut self.emission[channel], &product, &mut integrals[channel + 1]);
+        }
     }
 
     /// The segments of the values from `low` to `high`, in units of the field's range.
@@ -107,6 +124,12 @@ impl Segments {
             self.starts[1..self.count].partition_point(|&start| start <= position) as u16
         };
         Window { first: segment(low), last: segment(high) }
+    }
+
+    /// By how much extinction or emission changes, at most, per unit of the field's range.
+    pub(crate) fn steepness(&self, window: Window) -> f64 {
+        let steepest = self.steepness[usize::from(window.first)..=usize::from(window.last)].iter().copied();
+        steepest.fold(0.0, f64::max)
     }
 
     fn position(&self, unit: f32) -> f32 {
