@@ -159,9 +159,10 @@ impl<'a, S: Gather> Marcher<'a, S> {
         let mut number = 0.0f32;
         while number < most {
             let numbers = Floats::splat(simd, number);
-            // Rays that have become opaque go on with the others: a mask that waits for their light would make each
-            // step wait for the one before.
+            // Rays that have become opaque go on with the others, but add nothing: if samples waited for the light of
+            // those before, no two steps would overlap.
             let active = numbers.simd_lt(counts);
+            let seen = active & state.light.transmittance.simd_ge(Floats::splat(simd, OPAQUE));
             let mut point = start;
             for axis in 0..3 {
                 point[axis] = numbers.mul_add(stride[axis], start[axis]);
@@ -177,9 +178,9 @@ impl<'a, S: Gather> Marcher<'a, S> {
             let place = segments.place(simd, value, look.window);
             if number > 0.0 && one_segment {
                 let mean = slopes.mean(simd, state.last.position, place.position);
-                state.light.add(simd, &mean, length, active);
+                state.light.add(simd, &mean, length, seen);
             } else {
-                let next = state.add(simd, segments, &integral, place, length, active, finite);
+                let next = state.add(simd, segments, &integral, place, length, seen, finite);
                 integral = Glow::select(active, next, integral);
             }
             state.last = Place::select(active, place, state.last);
