@@ -6,14 +6,15 @@
 
 mod evaluate;
 mod fill;
+mod pieces;
 mod plan;
-mod roughness;
 
 use crate::Volume;
 use crate::hierarchy::{Hierarchy, with_voxels};
 use crate::reconstruction::{Method, Sampler};
 
 pub(crate) use evaluate::Evaluator;
+pub(crate) use pieces::PieceNode;
 pub(crate) use plan::{Plan, RegionPlan};
 
 /// Maps the values of a field to 0 to 1.
@@ -125,16 +126,15 @@ impl PaddedField {
 pub(crate) struct Padded {
     pub(crate) field: PaddedField,
     pub(crate) plan: Plan,
-    /// Per region, by how much its values bend.
-    pub(crate) roughness: Vec<f32>,
+    pub(crate) pieces: Vec<PieceNode>,
 }
 
 impl Padded {
     pub(crate) fn build(volume: &Volume) -> Self {
         let field = PaddedField::build(volume);
         let plan = Plan::new(volume.index(), volume.method(), field.starts());
-        let roughness = roughness::roughness(volume.index(), &plan, &field);
-        Self { field, plan, roughness }
+        let pieces = pieces::pieces(volume.index(), volume.ranges(), &plan, &field);
+        Self { field, plan, pieces }
     }
 }
 

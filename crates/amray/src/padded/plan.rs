@@ -101,6 +101,11 @@ impl Plan {
         Self { method, combination: planner.combination, regions, others, finest_cells: finest_cells.collect() }
     }
 
+    /// Whether the regions' bricks hold all values that samples can touch.
+    pub(crate) fn is_complete(&self) -> bool {
+        self.combination != Combination::PointByPoint
+    }
+
     /// The bricks of other levels in a region, from fine to coarse: those finer than the region, and the coarser ones.
     #[inline(always)]
     pub(crate) fn others(&self, region: &RegionPlan) -> [&[OtherBrick]; 2] {

@@ -3,12 +3,12 @@
 use super::march::{March, Marcher};
 use super::packet::{Packet, SIDE};
 use super::traverse::{Span, traverse};
-use super::visibility::Visibility;
+use super::visibility::{NodeLook, Visibility};
 use super::{RenderOptions, RenderStatistics};
 use crate::appearance::Segments;
 use crate::hierarchy::with_voxels;
 use crate::index::Index;
-use crate::padded::{Evaluator, Padded, PaddedField, Plan};
+use crate::padded::{Evaluator, Padded, PaddedField, PieceNode, Plan};
 use crate::reconstruction::Sampler;
 use crate::scene::{PicturePlane, Scene};
 use crate::simd::{Doubles, Gather, InstructionSet, Kernel, LANES};
@@ -22,7 +22,8 @@ pub(super) struct Frame<'a> {
     plan: &'a Plan,
     reference: Reference<'a>,
     segments: Segments,
-    visibility: Visibility,
+    pieces: &'a [PieceNode],
+    looks: Vec<NodeLook>,
     plane: PicturePlane,
     options: RenderOptions,
     instructions: InstructionSet,
@@ -40,11 +41,11 @@ pub(super) struct Tile {
 impl<'a> Frame<'a> {
     pub(super) fn new(scene: &'a Scene<'a>, options: &RenderOptions) -> Self {
         let volume = scene.volume;
-        let padded @ Padded { field, plan, .. } = volume.padded();
+        let padded @ Padded { field, plan, pieces } = volume.padded();
         let function = scene.transfer_function.prepared(scene.unit_distance);
         let normalization = field.normalization;
         let segments = Segments::new(&function, normalization.low, normalization.scale.recip());
-        let visibility = Visibility::new(volume, padded, &function, &segments);
+        let looks = Visibility::new(volume, padded, &function, &segments).looks();
         let reference: Reference = with_voxels!(volume.field().values(), bricks => {
             let sampler = Sampler::new(volume.index(), bricks, volume.method());
             Box::new(move |region, point| sampler.sample_in(region, point))
@@ -55,7 +56,8 @@ impl<'a> Frame<'a> {
             plan,
             reference,
             segments,
-            visibility,
+            pieces,
+            looks,
             plane: scene.camera.picture_plane(options.size),
             options: *options,
             instructions: InstructionSet::best(),
@@ -84,7 +86,6 @@ impl Kernel for TileKernel<'_> {
         let march = March {
             evaluator: Evaluator { field: frame.field, plan: frame.plan, reference: &*frame.reference },
             segments: &frame.segments,
-            visibility: &frame.visibility,
         };
         let domain = frame.index.domain();
         let [low, high] = [domain.low, domain.high].map(|corner| corner.map(|cell| cell as f64));
@@ -111,7 +112,7 @@ impl Kernel for TileKernel<'_> {
                 let [enter, leave] = packet.clip(simd, low, high);
                 let span = Span { enter, leave };
                 let mut marcher = Marcher::new(simd, march, &packet, &span, statistics);
-                traverse(simd, frame.index, &packet, span, &mut stack, &mut marcher);
+                traverse(simd, frame.pieces, &frame.looks, &packet, span, &mut stack, &mut marcher);
                 statistics = marcher.statistics;
                 let light = marcher.light();
                 for lane in 0..LANES {

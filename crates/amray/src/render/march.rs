@@ -7,7 +7,7 @@ use fearless_simd::prelude::*;
 use super::RenderStatistics;
 use super::packet::Packet;
 use super::traverse::{Span, Visitor};
-use super::visibility::{RegionLook, Visibility};
+use super::visibility::SeenLook;
 use crate::appearance::{Glow, Light, Place, Segments, Window};
 use crate::padded::{Evaluator, RegionPlan};
 use crate::simd::{Doubles, Floats, Gather, Integers, Mask};
@@ -20,7 +20,6 @@ const OPAQUE: f32 = 1.0 / 4096.0;
 pub(super) struct March<'a> {
     pub(super) evaluator: Evaluator<'a>,
     pub(super) segments: &'a Segments,
-    pub(super) visibility: &'a Visibility,
 }
 
 /// A packet under way.
@@ -127,11 +126,11 @@ impl<'a, S: Gather> Marcher<'a, S> {
 
     /// The samples of a region that is seen.
     #[inline(always)]
-    fn march_through(&mut self, region: usize, plan: &RegionPlan, look: &RegionLook, span: &Span<S>, rays: Mask<S>) {
+    fn march_through(&mut self, region: usize, plan: &RegionPlan, look: &SeenLook, span: &Span<S>, rays: Mask<S>) {
         let simd = self.simd;
         let packet = self.packet;
-        let step = packet.coarse_step * Doubles::splat(simd, look.step);
-        let rate = packet.coarse_rate * Doubles::splat(simd, look.step.recip());
+        let step = packet.coarse_step * Doubles::splat(simd, f64::from(look.step));
+        let rate = packet.coarse_rate * Doubles::splat(simd, f64::from(look.step.recip()));
         let start = ((Doubles::from_floats(span.enter) - packet.offset) * rate).ceil();
         let end = ((Doubles::from_floats(span.leave) - packet.offset) * rate).ceil();
         let count = end - start;
@@ -244,17 +243,19 @@ impl<S: Gather> Rays<S> {
 
 impl<S: Gather> Visitor<S> for Marcher<'_, S> {
     #[inline(always)]
-    fn wanted(&mut self, node: usize, _: &Span<S>, rays: Mask<S>) -> Mask<S> {
-        let rays = rays & self.rays.clear;
-        // Where nothing is seen, intervals that came from elsewhere still have to end.
-        if self.march.visibility.nodes[node] { rays } else { rays & self.begun }
+    fn going(&self) -> Mask<S> {
+        self.rays.clear
     }
 
     #[inline(always)]
-    fn visit(&mut self, region: usize, span: &Span<S>, rays: Mask<S>) {
+    fn begun(&self) -> Mask<S> {
+        self.begun
+    }
+
+    #[inline(always)]
+    fn visit(&mut self, region: usize, look: Option<&SeenLook>, span: &Span<S>, rays: Mask<S>) {
         let simd = self.simd;
         let plan = &self.march.evaluator.plan.regions[region];
-        let look = &self.march.visibility.regions[region];
         self.statistics.region_visits += 1;
         if plan.level.is_none() {
             // A hole: the last value goes on up to it.
@@ -272,12 +273,12 @@ impl<S: Gather> Visitor<S> for Marcher<'_, S> {
             self.begun &= !rays;
             return;
         }
-        if !look.visible {
+        let Some(look) = look else {
             let ending = rays & self.begun;
-            self.sample_on_face(region, span.enter, ending, ending, look.window);
+            self.sample_on_face(region, span.enter, ending, ending, Window::all(self.march.segments));
             self.begun &= !ending;
             return;
-        }
+        };
         let beginning = rays & !self.begun;
         if beginning.any_true() {
             self.sample_on_face(region, span.enter, beginning, Mask::splat(simd, false), look.window);

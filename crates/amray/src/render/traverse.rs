@@ -1,9 +1,10 @@
-//! A packet's way through the tree, front to back.
+//! A packet's way through the tree of pieces, front to back.
 
 use fearless_simd::prelude::*;
 
 use super::packet::Packet;
-use crate::index::{Index, Node};
+use super::visibility::{NodeLook, SeenLook};
+use crate::padded::PieceNode;
 use crate::simd::{Floats, Gather, Mask};
 
 /// Where each ray of a packet is in a node, or was left to wait there.
@@ -15,11 +16,14 @@ pub(super) struct Span<S: Gather> {
 
 /// What a packet does on its way.
 pub(super) trait Visitor<S: Gather> {
-    /// Which of the rays that pass a node have anything to do there.
-    fn wanted(&mut self, node: usize, span: &Span<S>, rays: Mask<S>) -> Mask<S>;
+    /// Which of the rays go on at all.
+    fn going(&self) -> Mask<S>;
 
-    /// The packet passes a region.
-    fn visit(&mut self, region: usize, span: &Span<S>, rays: Mask<S>);
+    /// Which of the rays come from where something is seen, and have to end that where nothing is.
+    fn begun(&self) -> Mask<S>;
+
+    /// The packet goes through a part of a region, which is seen or not.
+    fn visit(&mut self, region: usize, look: Option<&SeenLook>, span: &Span<S>, rays: Mask<S>);
 }
 
 /// Nodes that wait for a packet to come back to them.
@@ -29,41 +33,52 @@ pub(super) type Stack<S> = Vec<(usize, Span<S>)>;
 #[inline(always)]
 pub(super) fn traverse<S: Gather>(
     simd: S,
-    index: &Index,
+    nodes: &[PieceNode],
+    looks: &[NodeLook],
     packet: &Packet<S>,
     span: Span<S>,
     stack: &mut Stack<S>,
     visitor: &mut impl Visitor<S>,
 ) {
-    let nodes = index.nodes();
     stack.clear();
     stack.push((0, span));
-    while let Some((mut node, mut span)) = stack.pop() {
+    while let Some((mut place, mut span)) = stack.pop() {
         loop {
-            let rays = visitor.wanted(node, &span, span.enter.simd_lt(span.leave));
+            let mut rays = span.enter.simd_lt(span.leave) & visitor.going();
+            let node = &nodes[place];
+            let look = &looks[place];
+            if *look == NodeLook::Hidden {
+                rays &= visitor.begun();
+            }
             if rays.all_false() {
                 break;
             }
-            match nodes[node] {
-                Node::Leaf(region) => {
-                    visitor.visit(region as usize, &span, rays);
+            match (look, node.region, node.cut) {
+                (NodeLook::Seen(look), Some(region), _) => {
+                    visitor.visit(region as usize, Some(look), &span, rays);
                     break;
                 }
-                Node::Inner { axis, plane, high } => {
-                    let (change, low_first) = packet.change(simd, usize::from(axis), plane as f64);
-                    let (near, far) = if low_first { (node + 1, high as usize) } else { (high as usize, node + 1) };
+                (NodeLook::Hidden, Some(region), _) | (_, Some(region), None) => {
+                    visitor.visit(region as usize, None, &span, rays);
+                    break;
+                }
+                (_, _, Some(cut)) => {
+                    let (change, low_first) = packet.change(simd, usize::from(cut.axis), cut.plane as f64);
+                    let (low, high) = (place + 1, cut.high as usize);
+                    let (near, far) = if low_first { (low, high) } else { (high, low) };
                     let [stays, goes] = [rays & change.simd_gt(span.enter), rays & change.simd_lt(span.leave)];
                     if stays.all_false() {
                         span.enter = span.enter.max(change);
-                        node = far;
+                        place = far;
                         continue;
                     }
                     if goes.any_true() {
                         stack.push((far, Span { enter: span.enter.max(change), ..span }));
                     }
                     span.leave = span.leave.min(change);
-                    node = near;
+                    place = near;
                 }
+                (_, None, None) => break,
             }
         }
     }

@@ -1,79 +1,90 @@
-//! What a transfer function makes of each region: invisible, or worth how many samples.
-
-use rayon::prelude::*;
+//! What a transfer function makes of each piece: invisible, or worth how many samples.
 
 use crate::Volume;
 use crate::appearance::{PreparedTransferFunction, Segments, Window};
-use crate::index::{Index, Node};
-use crate::padded::Padded;
+use crate::index::Index;
+use crate::padded::{Padded, PieceNode};
 
-/// How a region is sampled under one transfer function.
+/// How a node of the tree of pieces looks under one transfer function.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum NodeLook {
+    /// Nothing in it is seen.
+    Hidden,
+    /// It is marched through as one.
+    Seen(SeenLook),
+    /// Its children look different.
+    Mixed,
+}
+
+/// How to march through what is seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct RegionLook {
-    /// Whether any value in it is seen.
-    pub(super) visible: bool,
-    /// The segments of the transfer function that its values can lie in.
+pub(super) struct SeenLook {
+    /// The segments of the transfer function that the values can lie in.
     pub(super) window: Window,
     /// The length of a step over that on level 0: a power of two.
-    pub(super) step: f64,
+    pub(super) step: f32,
 }
 
-/// What is seen of a volume under one transfer function. Made anew when that changes: the index stays.
-#[derive(Clone, Debug)]
-pub(super) struct Visibility {
-    pub(super) regions: Vec<RegionLook>,
-    /// Per node of the tree, whether anything below it is seen.
-    pub(super) nodes: Vec<bool>,
+/// Decides how nodes look. Made anew when the transfer function changes: the index and the pieces stay.
+pub(super) struct Visibility<'a> {
+    function: &'a PreparedTransferFunction,
+    segments: &'a Segments,
+    padded: &'a Padded,
+    /// Per level, the step over that on level 0, and the width of a piece.
+    steps: Vec<f64>,
+    widths: Vec<f64>,
 }
 
-/// How far a region's light may be off because its samples are far apart.
+/// How far the light of a piece may be off because its samples are far apart.
 const TOLERANCE: f64 = 2e-4;
-/// The longest and the shortest step, in cells.
-const STEPS: [f64; 2] = [8.0, 1.0];
+/// The longest step, in cells.
+const LONGEST_STEP: f64 = 8.0;
 
-impl Visibility {
+impl<'a> Visibility<'a> {
     pub(super) fn new(
-        volume: &Volume,
-        padded: &Padded,
-        function: &PreparedTransferFunction,
-        segments: &Segments,
+        volume: &'a Volume,
+        padded: &'a Padded,
+        function: &'a PreparedTransferFunction,
+        segments: &'a Segments,
     ) -> Self {
-        let index = volume.index();
-        let steps = steps(index);
-        let ranges = volume.ranges();
-        let normalization = padded.field.normalization;
-        let boxes = index.region_boxes();
-        let finest = index.hierarchy().levels()[index.hierarchy().finest_level()].cell_size();
-        let regions: Vec<RegionLook> = index
-            .regions()
-            .par_iter()
-            .enumerate()
-            .with_min_len(512)
-            .map(|(number, region)| {
-                let [low, high] = ranges.region(number).map(f64::from);
-                let Some(level) = region.finest_level() else { return RegionLook::default() };
-                let window = segments.window([low, high].map(|value| normalization.to_unit(value) as f32));
-                // Over a step of n cells, values differ from a line by up to n^2 / 8 of how far they bend in one.
-                let sides = boxes[number].size();
-                let depth = (0..3).map(|axis| sides[axis] as f64 * finest[axis]).fold(0.0, f64::max);
-                let error = f64::from(padded.roughness[number]) / 8.0 * segments.steepness(window) * depth;
-                let cells = (TOLERANCE / error).sqrt().min(STEPS[0]).max(STEPS[1]).log2().floor().exp2();
-                RegionLook {
-                    visible: low <= high && function.max_extinction(low, high) > 0.0,
-                    window,
-                    step: steps[level] * cells,
-                }
-            })
-            .collect();
-        let mut nodes = vec![false; index.nodes().len()];
+        let levels = volume.hierarchy().levels();
+        let widths = levels.iter().map(|level| level.cell_size().into_iter().fold(0.0, f64::max) * 8.0).collect();
+        Self { function, segments, padded, steps: steps(volume.index()), widths }
+    }
+
+    /// The looks of all nodes.
+    pub(super) fn looks(&self) -> Vec<NodeLook> {
+        let pieces = &self.padded.pieces;
+        let mut looks = vec![NodeLook::Hidden; pieces.len()];
         // Children follow their parents.
-        for (place, node) in index.nodes().iter().enumerate().rev() {
-            nodes[place] = match *node {
-                Node::Leaf(region) => regions[region as usize].visible,
-                Node::Inner { high, .. } => nodes[place + 1] || nodes[high as usize],
+        for (place, node) in pieces.iter().enumerate().rev() {
+            looks[place] = match node.cut {
+                None => self.look_of_piece(node),
+                Some(cut) => match (looks[place + 1], looks[cut.high as usize]) {
+                    (NodeLook::Hidden, NodeLook::Hidden) => NodeLook::Hidden,
+                    (NodeLook::Seen(low), NodeLook::Seen(high)) if low.step == high.step && node.region.is_some() => {
+                        NodeLook::Seen(SeenLook { window: self.segments.window(node.range), ..low })
+                    }
+                    _ => NodeLook::Mixed,
+                },
             };
         }
-        Self { regions, nodes }
+        looks
+    }
+
+    fn look_of_piece(&self, piece: &PieceNode) -> NodeLook {
+        let normalization = self.padded.field.normalization;
+        let [low, high] = piece.range.map(|unit| normalization.to_value(unit.into()));
+        let level = piece.region.and_then(|region| self.padded.plan.regions[region as usize].level);
+        let (true, Some(level)) = (low <= high && self.function.max_extinction(low, high) > 0.0, level) else {
+            return NodeLook::Hidden;
+        };
+        let window = self.segments.window(piece.range);
+        // Over a step of n cells, values differ from a line by up to n^2 / 8 of how far they bend in one.
+        let bend = f64::from(piece.roughness) / 8.0;
+        let error = bend * self.segments.steepness(window) * self.widths[usize::from(level)];
+        let cells = (TOLERANCE / error).sqrt().clamp(1.0, LONGEST_STEP).log2().floor().exp2();
+        NodeLook::Seen(SeenLook { window, step: (self.steps[usize::from(level)] * cells) as f32 })
     }
 }
 

@@ -42,6 +42,13 @@ pub(crate) struct Window {
     pub(crate) last: u16,
 }
 
+impl Window {
+    /// All segments.
+    pub(crate) fn all(segments: &Segments) -> Self {
+        Self { first: 0, last: segments.count as u16 - 1 }
+    }
+}
+
 impl Segments {
     /// The segments of a function over a field whose values run from `low` to `low + width`.
     ///

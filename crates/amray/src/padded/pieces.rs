@@ -1,0 +1,205 @@
+//! Pieces of regions, a few cells wide: what values they hold and how far these bend, in one tree with the regions.
+//!
+//! A transfer function decides per piece whether anything is seen and how long steps can be; pieces that are alike are
+//! marched through as one.
+
+use rayon::prelude::*;
+
+use super::PaddedField;
+use super::plan::{PaddedBrick, Plan, RegionPlan};
+use crate::hierarchy::IndexBox;
+use crate::index::{Index, Node, ValueRanges};
+use crate::simd::{Gather, InstructionSet, Kernel};
+
+/// The longest side of a piece, in cells of its level.
+const LONGEST: i64 = 8;
+
+/// A node of the tree of pieces; its low child follows it directly.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PieceNode {
+    /// The region that the node lies in; `None` where it holds several.
+    pub(crate) region: Option<u32>,
+    /// Where the node is cut: the axis, the low face of the finest level's cells there, and the high child. `None` for
+    /// a piece.
+    pub(crate) cut: Option<Cut>,
+    /// The lowest and highest value of any sample, in units of the field's range; `[inf, -inf]` where there is none.
+    pub(crate) range: [f32; 2],
+    /// The largest sum of a cell's second differences across the three axes, in the same units.
+    pub(crate) roughness: f32,
+}
+
+/// Where a node is cut in two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Cut {
+    pub(crate) axis: u8,
+    pub(crate) high: u32,
+    pub(crate) plane: i64,
+}
+
+/// The tree of all pieces, the root first.
+pub(super) fn pieces(index: &Index, ranges: &ValueRanges, plan: &Plan, field: &PaddedField) -> Vec<PieceNode> {
+    let boxes = index.region_boxes();
+    let instructions = InstructionSet::best();
+    let regions: Vec<Vec<PieceNode>> = boxes
+        .par_iter()
+        .enumerate()
+        .map(|(number, cells)| instructions.run(Divide { number, cells, index, ranges, plan, field }))
+        .collect();
+    let mut nodes = Vec::with_capacity(index.nodes().len() + regions.iter().map(Vec::len).sum::<usize>());
+    append(index, 0, &regions, &mut nodes);
+    nodes
+}
+
+/// Appends the tree below a node of the index; returns what it holds.
+fn append(index: &Index, node: usize, regions: &[Vec<PieceNode>], nodes: &mut Vec<PieceNode>) {
+    match index.nodes()[node] {
+        Node::Leaf(region) => {
+            let offset = nodes.len() as u32;
+            nodes.extend(
+                regions[region as usize]
+                    .iter()
+                    .map(|node| PieceNode { cut: node.cut.map(|cut| Cut { high: cut.high + offset, ..cut }), ..*node }),
+            );
+        }
+        Node::Inner { axis, plane, high } => {
+            let place = nodes.len();
+            nodes.push(PieceNode::NOTHING);
+            append(index, node + 1, regions, nodes);
+            let cut = Cut { axis, plane, high: nodes.len() as u32 };
+            append(index, high as usize, regions, nodes);
+            nodes[place] = PieceNode::over(None, cut, &nodes[place + 1], &nodes[cut.high as usize]);
+        }
+    }
+}
+
+impl PieceNode {
+    const NOTHING: Self = Self { region: None, cut: None, range: [f32::INFINITY, f32::NEG_INFINITY], roughness: 0.0 };
+
+    fn over(region: Option<u32>, cut: Cut, low: &Self, high: &Self) -> Self {
+        let range = [low.range[0].min(high.range[0]), low.range[1].max(high.range[1])];
+        Self { region, cut: Some(cut), range, roughness: low.roughness.max(high.roughness) }
+    }
+}
+
+/// Divides one region.
+struct Divide<'a> {
+    number: usize,
+    /// The region, in cells of the finest level.
+    cells: &'a IndexBox,
+    index: &'a Index,
+    ranges: &'a ValueRanges,
+    plan: &'a Plan,
+    field: &'a PaddedField,
+}
+
+impl Kernel for Divide<'_> {
+    type Output = Vec<PieceNode>;
+
+    #[inline(always)]
+    fn run<S: Gather>(self, _: S) -> Vec<PieceNode> {
+        let mut nodes = Vec::new();
+        self.divide(*self.cells, &mut nodes);
+        nodes
+    }
+}
+
+impl Divide<'_> {
+    fn divide(&self, cells: IndexBox, nodes: &mut Vec<PieceNode>) {
+        let plan = &self.plan.regions[self.number];
+        let region = Some(self.number as u32);
+        let Some(level) = plan.level else { return nodes.push(PieceNode { region, ..PieceNode::NOTHING }) };
+        let size = self.index.hierarchy().levels()[usize::from(level)].finest_cells();
+        let parts: [i64; 3] = std::array::from_fn(|axis| {
+            let longest = LONGEST * size[axis];
+            (cells.size()[axis] + longest - 1) / longest
+        });
+        let axis = (0..3).fold(0, |widest, axis| if parts[axis] > parts[widest] { axis } else { widest });
+        if parts[axis] <= 1 {
+            return nodes.push(PieceNode { region, ..self.piece(plan, &cells, size) });
+        }
+        let plane = cells.low[axis] + (parts[axis] / 2) * LONGEST * size[axis];
+        let (mut below, mut above) = (cells, cells);
+        below.high[axis] = plane;
+        above.low[axis] = plane;
+        let place = nodes.len();
+        nodes.push(PieceNode::NOTHING);
+        self.divide(below, nodes);
+        let cut = Cut { axis: axis as u8, plane, high: nodes.len() as u32 };
+        self.divide(above, nodes);
+        nodes[place] = PieceNode::over(region, cut, &nodes[place + 1], &nodes[cut.high as usize]);
+    }
+
+    /// What the values of a piece are like.
+    #[inline(always)]
+    fn piece(&self, plan: &RegionPlan, cells: &IndexBox, size: [i64; 3]) -> PieceNode {
+        let corner = |corner: [i64; 3]| -> [f64; 3] {
+            std::array::from_fn(|axis| corner[axis] as f64 / size[axis] as f64 - plan.low[axis])
+        };
+        let (low, high) = (corner(cells.low), corner(cells.high));
+        let mut piece = PieceNode::NOTHING;
+        self.scan(&plan.brick, low, high, &mut piece);
+        let inside = (0..3)
+            .all(|axis| f64::from(plan.pure[0][axis]) <= low[axis] && high[axis] <= f64::from(plan.pure[1][axis]));
+        if inside {
+            return piece;
+        }
+        if !self.plan.is_complete() {
+            piece.range =
+                self.ranges.region(self.number).map(|value| self.field.normalization.to_unit(value.into()) as f32);
+            return piece;
+        }
+        for other in self.plan.others(plan).into_iter().flatten() {
+            let moved = |point: [f64; 3]| -> [f64; 3] {
+                std::array::from_fn(|axis| point[axis] * f64::from(other.scale[axis]) + f64::from(other.shift[axis]))
+            };
+            self.scan(&other.brick, moved(low), moved(high), &mut piece);
+        }
+        piece
+    }
+
+    /// Widens what is known of a piece by the values of a brick that samples between two places can touch.
+    #[inline(always)]
+    fn scan(&self, brick: &PaddedBrick, low: [f64; 3], high: [f64; 3], piece: &mut PieceNode) {
+        let values = self.field.brick(brick);
+        let first = |axis: usize| (low[axis].floor().max(0.0)) as usize;
+        let end = |axis: usize| (high[axis].floor().min(f64::from(brick.cells[axis])) + 2.0).max(0.0) as usize;
+        let [row, slice] = brick.strides.map(|stride| stride as usize);
+        if (0..3).any(|axis| end(axis) <= first(axis)) {
+            return;
+        }
+        let length = end(0) - first(0);
+        let [mut lowest, mut highest] = piece.range;
+        let mut roughness = piece.roughness;
+        for z in first(2)..end(2) {
+            for y in first(1)..end(1) {
+                let start = first(0) + row * y + slice * z;
+                for &value in &values[start..start + length] {
+                    // Not a number is neither.
+                    lowest = if value < lowest { value } else { lowest };
+                    highest = if value > highest { value } else { highest };
+                }
+                // Padding has no neighbours on all sides, and is some other piece's cell.
+                let is_cell = |place: usize, axis: usize| 0 < place && place <= brick.cells[axis] as usize;
+                if !is_cell(y, 1) || !is_cell(z, 2) {
+                    continue;
+                }
+                let (from, to) = (first(0).max(1), end(0).min(brick.cells[0] as usize + 1));
+                let start = from + row * y + slice * z;
+                let length = to.saturating_sub(from);
+                let line = |start: usize| &values[start..start + length];
+                let (own, left, right) = (line(start), line(start - 1), line(start + 1));
+                let (front, back) = (line(start - row), line(start + row));
+                let (below, above) = (line(start - slice), line(start + slice));
+                for x in 0..length {
+                    let twice = 2.0 * own[x];
+                    let bend = (left[x] + right[x] - twice).abs()
+                        + (front[x] + back[x] - twice).abs()
+                        + (below[x] + above[x] - twice).abs();
+                    roughness = if bend > roughness { bend } else { roughness };
+                }
+            }
+        }
+        piece.range = [lowest, highest];
+        piece.roughness = roughness;
+    }
+}
