@@ -24,6 +24,8 @@ pub(crate) struct PieceNode {
     pub(crate) cut: Option<Cut>,
     /// The lowest and highest value of any sample, in units of the field's range; `[inf, -inf]` where there is none.
     pub(crate) range: [f32; 2],
+    /// Cells along the longest side, where the node lies in one region.
+    pub(crate) width: f32,
     /// The largest sum of a cell's second differences across the three axes, in the same units.
     pub(crate) roughness: f32,
 }
@@ -67,17 +69,18 @@ fn append(index: &Index, node: usize, regions: &[Vec<PieceNode>], nodes: &mut Ve
             append(index, node + 1, regions, nodes);
             let cut = Cut { axis, plane, high: nodes.len() as u32 };
             append(index, high as usize, regions, nodes);
-            nodes[place] = PieceNode::over(None, cut, &nodes[place + 1], &nodes[cut.high as usize]);
+            nodes[place] = PieceNode::over(None, cut, 0.0, &nodes[place + 1], &nodes[cut.high as usize]);
         }
     }
 }
 
 impl PieceNode {
-    const NOTHING: Self = Self { region: None, cut: None, range: [f32::INFINITY, f32::NEG_INFINITY], roughness: 0.0 };
+    const NOTHING: Self =
+        Self { region: None, cut: None, range: [f32::INFINITY, f32::NEG_INFINITY], width: 0.0, roughness: 0.0 };
 
-    fn over(region: Option<u32>, cut: Cut, low: &Self, high: &Self) -> Self {
+    fn over(region: Option<u32>, cut: Cut, width: f32, low: &Self, high: &Self) -> Self {
         let range = [low.range[0].min(high.range[0]), low.range[1].max(high.range[1])];
-        Self { region, cut: Some(cut), range, roughness: low.roughness.max(high.roughness) }
+        Self { region, cut: Some(cut), range, width, roughness: low.roughness.max(high.roughness) }
     }
 }
 
@@ -114,8 +117,9 @@ impl Divide<'_> {
             (cells.size()[axis] + longest - 1) / longest
         });
         let axis = (0..3).fold(0, |widest, axis| if parts[axis] > parts[widest] { axis } else { widest });
+        let width = cells.size()[axis] as f32 / size[axis] as f32;
         if parts[axis] <= 1 {
-            return nodes.push(PieceNode { region, ..self.piece(plan, &cells, size) });
+            return nodes.push(PieceNode { region, width, ..self.piece(plan, &cells, size) });
         }
         let plane = cells.low[axis] + (parts[axis] / 2) * LONGEST * size[axis];
         let (mut below, mut above) = (cells, cells);
@@ -126,7 +130,7 @@ impl Divide<'_> {
         self.divide(below, nodes);
         let cut = Cut { axis: axis as u8, plane, high: nodes.len() as u32 };
         self.divide(above, nodes);
-        nodes[place] = PieceNode::over(region, cut, &nodes[place + 1], &nodes[cut.high as usize]);
+        nodes[place] = PieceNode::over(region, cut, width, &nodes[place + 1], &nodes[cut.high as usize]);
     }
 
     /// What the values of a piece are like.

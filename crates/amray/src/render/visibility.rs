@@ -37,6 +37,8 @@ pub(super) struct Visibility<'a> {
 
 /// How far the light of a piece may be off because its samples are far apart.
 const TOLERANCE: f64 = 2e-4;
+/// What it costs to stop and go on between two pieces, in samples.
+const STOP: f32 = 8.0;
 /// The longest step, in cells.
 const LONGEST_STEP: f64 = 8.0;
 
@@ -62,14 +64,26 @@ impl<'a> Visibility<'a> {
                 None => self.look_of_piece(node),
                 Some(cut) => match (looks[place + 1], looks[cut.high as usize]) {
                     (NodeLook::Hidden, NodeLook::Hidden) => NodeLook::Hidden,
-                    (NodeLook::Seen(low), NodeLook::Seen(high)) if low.step == high.step && node.region.is_some() => {
-                        NodeLook::Seen(SeenLook { window: self.segments.window(node.range), ..low })
+                    (NodeLook::Seen(low), NodeLook::Seen(high)) if node.region.is_some() => {
+                        let children = [(low, &pieces[place + 1]), (high, &pieces[cut.high as usize])];
+                        self.joined(node, children).map_or(NodeLook::Mixed, NodeLook::Seen)
                     }
                     _ => NodeLook::Mixed,
                 },
             };
         }
         looks
+    }
+
+    /// How to march through two children as one: with the shorter step of both, if that costs less than to stop between
+    /// them.
+    fn joined(&self, node: &PieceNode, children: [(SeenLook, &PieceNode); 2]) -> Option<SeenLook> {
+        let step = children[0].0.step.min(children[1].0.step);
+        let level = self.padded.plan.regions[node.region? as usize].level?;
+        let whole = self.steps[usize::from(level)] as f32;
+        let more: f32 =
+            children.iter().map(|(look, child)| child.width * whole * (step.recip() - look.step.recip())).sum();
+        (more <= STOP).then(|| SeenLook { window: self.segments.window(node.range), step })
     }
 
     fn look_of_piece(&self, piece: &PieceNode) -> NodeLook {
