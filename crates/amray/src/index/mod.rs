@@ -5,6 +5,8 @@
 //! integer cell indices of the finest level.
 
 mod build;
+mod cut;
+mod faces;
 mod leaf_cells;
 mod neighbours;
 mod query;
