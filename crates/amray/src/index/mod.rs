@@ -7,6 +7,7 @@
 mod build;
 mod cut;
 mod faces;
+mod interior;
 mod leaf_cells;
 mod neighbours;
 mod query;

@@ -1,15 +1,33 @@
 //! What surrounds each region: the levels in reach of its points, and the interior where one brick is enough.
+//!
+//! Only neighbours of different levels matter to each other, and the coarser of two reaches farther. So each region
+//! looks for what is finer, or a hole, within half a cell of its own, and those that it finds hear of it afterwards.
 
 use rayon::prelude::*;
 
 use super::build::Leaf;
+use super::interior::{Neighbour, out_of_reach};
 use super::{Index, Node, Region};
 use crate::hierarchy::{IndexBox, Level};
+
+/// Parts of the tree with fewer leaves are surveyed by one thread.
+const PARALLEL_LEAVES: usize = 256;
 
 /// The regions of the tree's leaves: with the levels in reach and the interior, which depend on neighbours.
 pub(super) fn described(index: &Index, leaves: &[Leaf]) -> Vec<Region> {
     let survey = Survey::new(index, leaves);
-    leaves.par_iter().map_init(Vec::new, |neighbours, leaf| survey.described(leaf, neighbours)).collect()
+    let mut views = vec![View::NONE; leaves.len()];
+    let root = Part { node: 0, space: index.domain };
+    let mut descent = Descent { survey: &survey, views: &mut views, first: 0, meetings: Vec::new() };
+    descent.descend(&root, root);
+    let mut meetings = descent.meetings;
+    meetings.par_sort_unstable();
+    let describe = |neighbours: &mut Vec<Neighbour>, (number, view): (usize, &View)| {
+        let first = meetings.partition_point(|meeting| meeting.finer < number as u32);
+        let with = meetings[first..].iter().take_while(|meeting| meeting.finer == number as u32);
+        survey.region(&leaves[number], view, with, neighbours)
+    };
+    views.par_iter().enumerate().map_init(Vec::new, describe).collect()
 }
 
 /// What is known while the regions are described.
@@ -24,7 +42,7 @@ struct Survey<'a> {
     margins: Vec<[i64; 3]>,
 }
 
-/// The finest levels of the regions below a node. A hole counts as finer than all levels: only its neighbours reach.
+/// The finest levels of the regions below a node. A hole counts as finer than every level: neighbours reach into it.
 #[derive(Clone, Copy)]
 struct Shown {
     coarsest: u8,
@@ -35,12 +53,31 @@ impl Shown {
     const HOLE: u8 = u8::MAX;
 }
 
-/// Space beside the region that is described.
-struct Neighbour {
-    /// The space, in half cells of the finest level, in which the neighbour's cells take part.
-    reach: IndexBox,
-    /// On how many axes the neighbour lies beside the region, rather than along it.
-    apart: usize,
+/// A node with the space it fills, in cells of the finest level.
+#[derive(Clone, Copy)]
+struct Part {
+    node: u32,
+    space: IndexBox,
+}
+
+/// What a region sees of what is finer.
+#[derive(Clone)]
+struct View {
+    finest_in_reach: u8,
+    /// The interior in half cells of the finest level.
+    interior: IndexBox,
+}
+
+impl View {
+    /// What a hole sees.
+    const NONE: Self = Self { finest_in_reach: 0, interior: IndexBox::new([0; 3], [-1; 3]) };
+}
+
+/// Two leaves, one of which has the other in reach.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Meeting {
+    finer: u32,
+    coarser: u32,
 }
 
 impl<'a> Survey<'a> {
@@ -72,33 +109,35 @@ impl<'a> Survey<'a> {
         }
     }
 
-    /// The region of a leaf, with its surroundings. `neighbours` is memory to use.
-    fn described(&self, leaf: &Leaf, neighbours: &mut Vec<Neighbour>) -> Region {
-        let &Leaf { ref cells, levels, first_brick } = leaf;
-        let hole = Region { levels, first_brick, ..Region::EMPTY };
-        let Some(level) = hole.finest_level() else { return hole };
-        let Some((_, brick)) = self.index.finest_brick(&hole, level) else { return hole };
-        let size = self.sizes[level];
-        let brick = self.index.hierarchy.levels()[level].brick_at(brick).refined(size).refined([2; 3]);
-        let half_cells = cells.refined([2; 3]);
-        neighbours.clear();
-        let mut around = Surroundings {
-            survey: self,
-            level,
-            cells: *cells,
-            half_cells,
-            levels_in_reach: [level; 2],
-            // Cells of the same level are met half a cell inside the brick's own faces.
-            interior: brick.grown(size.map(|cells| -cells)).intersection(&half_cells),
-            neighbours,
-        };
-        around.look(0, &mut self.index.domain.clone());
-        Region {
-            coarsest_in_reach: around.levels_in_reach[0] as u8,
-            finest_in_reach: around.levels_in_reach[1] as u8,
-            interior: around.interior(),
-            ..hole
+    /// The parts below an inner node.
+    fn halves(&self, part: &Part) -> Option<[Part; 2]> {
+        let Node::Inner { axis, plane, high } = self.index.nodes[part.node as usize] else { return None };
+        let mut halves = [Part { node: part.node + 1, ..*part }, Part { node: high, ..*part }];
+        halves[0].space.high[usize::from(axis)] = plane;
+        halves[1].space.low[usize::from(axis)] = plane;
+        Some(halves)
+    }
+
+    /// The number of the first leaf below a node.
+    fn first_leaf(&self, mut node: u32) -> usize {
+        loop {
+            match self.index.nodes[node as usize] {
+                Node::Leaf(leaf) => return leaf as usize,
+                Node::Inner { .. } => node += 1,
+            }
         }
+    }
+
+    /// The smallest part inside `part` that holds all that the regions of `level`, or finer, in `space` reach.
+    fn narrowed(&self, mut part: Part, level: u8, space: &IndexBox) -> Part {
+        let Some(margin) = self.margins.get(usize::from(level)) else { return part };
+        let reach = space.grown(*margin).intersection(&part.space);
+        while let Some(half) =
+            self.halves(&part).and_then(|halves| halves.into_iter().find(|half| half.space.contains_box(&reach)))
+        {
+            part = half;
+        }
+        part
     }
 
     /// A region's `cells` (of the finest level) grown by half a cell of `level`, in half cells of the finest level.
@@ -108,127 +147,175 @@ impl<'a> Survey<'a> {
         let whole = if self.index.may_cover_partly { cells.coarsened(size).refined(size) } else { *cells };
         whole.refined([2; 3]).grown(size)
     }
-}
 
-/// A region while its surroundings are looked at.
-struct Surroundings<'a> {
-    survey: &'a Survey<'a>,
-    /// The region's finest level.
-    level: usize,
-    cells: IndexBox,
-    /// `cells` in half cells of the finest level, like the interior.
-    half_cells: IndexBox,
-    /// The coarsest and the finest level in reach so far.
-    levels_in_reach: [usize; 2],
-    /// Where the region's brick alone is in reach, as far as its own faces say.
-    interior: IndexBox,
-    /// What takes part in the interior.
-    neighbours: &'a mut Vec<Neighbour>,
-}
-
-impl Surroundings<'_> {
-    /// Looks at everything below `node`, which fills `space`, that can reach into the region or be reached from it.
-    fn look(&mut self, node: usize, space: &mut IndexBox) {
-        let survey = self.survey;
-        let Shown { coarsest, finest } = survey.shown[node];
-        if coarsest == finest {
-            // Regions that show one level fill their common box, so they reach as far as it does.
-            if usize::from(coarsest) == self.level || self.add(node, coarsest, space) {
-                return;
-            }
-        }
-        let Node::Inner { axis, plane, high } = survey.index.nodes[node] else { return };
-        let axis = usize::from(axis);
-        let (low, high) = (node + 1, high as usize);
-        let margin = |child: usize| survey.margins[self.level.min(usize::from(survey.shown[child].coarsest))][axis];
-        let (into_low, into_high) =
-            (self.cells.low[axis] - margin(low) < plane, self.cells.high[axis] + margin(high) > plane);
-        let ends = (space.low[axis], space.high[axis]);
-        if into_low {
-            space.high[axis] = plane;
-            self.look(low, space);
-            space.high[axis] = ends.1;
-        }
-        if into_high {
-            space.low[axis] = plane;
-            self.look(high, space);
-            space.low[axis] = ends.0;
-        }
+    /// What the region of `leaf` would see if it reached nothing finer.
+    fn view(&self, leaf: &Leaf, level: usize) -> View {
+        let region = Region { levels: leaf.levels, first_brick: leaf.first_brick, ..Region::EMPTY };
+        let Some((_, brick)) = self.index.finest_brick(&region, level) else { return View::NONE };
+        let size = self.sizes[level];
+        let brick = self.index.hierarchy.levels()[level].brick_at(brick).refined(size).refined([2; 3]);
+        // Cells of the same level are met half a cell inside the brick's own faces.
+        let interior = brick.grown(size.map(|cells| -cells)).intersection(&leaf.cells.refined([2; 3]));
+        View { finest_in_reach: level as u8, interior }
     }
 
-    /// Takes note of the regions below `node`, which all show `other`, not the region's own level. Returns whether they
-    /// need no closer look.
-    fn add(&mut self, node: usize, other: u8, space: &IndexBox) -> bool {
-        let survey = self.survey;
-        let [coarsest_in_reach, finest_in_reach] = &mut self.levels_in_reach;
-        let mut reaching = self.level;
-        if other != Shown::HOLE {
-            let other = usize::from(other);
-            let touches = |level: usize| survey.reach(level, space).intersects(&self.half_cells);
-            if other < self.level {
-                // In reach: nearer than half a cell of the neighbour's level.
-                if touches(other) {
-                    *coarsest_in_reach = other.min(*coarsest_in_reach);
-                }
-                reaching = other;
-            } else if other > *finest_in_reach {
-                if touches(other) {
-                    *finest_in_reach = other;
-                } else if let Node::Leaf(leaf) = survey.index.nodes[node] {
-                    // Its covered cells reach farther.
-                    let levels = survey.leaves[leaf as usize].levels;
-                    let covered = (*finest_in_reach + 1..other).rev().filter(|level| levels >> level & 1 == 1);
-                    *finest_in_reach = { covered }.find(|&level| touches(level)).unwrap_or(*finest_in_reach);
-                } else if *finest_in_reach + 1 < other && touches(*finest_in_reach + 1) {
-                    return false;
-                }
+    /// The region of `leaf`, which has the coarser ones of the `meetings` in reach. `neighbours` is memory to use.
+    fn region<'m>(
+        &self,
+        leaf: &Leaf,
+        view: &View,
+        meetings: impl Iterator<Item = &'m Meeting>,
+        neighbours: &mut Vec<Neighbour>,
+    ) -> Region {
+        let region = Region { levels: leaf.levels, first_brick: leaf.first_brick, ..Region::EMPTY };
+        let Some(level) = region.finest_level() else { return region };
+        let mut coarsest_in_reach = level;
+        neighbours.clear();
+        for meeting in meetings {
+            let coarser = &self.leaves[meeting.coarser as usize];
+            let coarser_level = coarser.levels.ilog2() as usize;
+            coarsest_in_reach = coarsest_in_reach.min(coarser_level);
+            let reach = self.reach(coarser_level, &coarser.cells);
+            if reach.intersects(&view.interior) {
+                neighbours.push(Neighbour::new(reach, &coarser.cells, &leaf.cells));
             }
         }
-        // Whichever cells are larger: a fine neighbour covers cells of this level that a dual cell would touch.
-        let reach = survey.reach(reaching, space);
-        if reach.intersects(&self.interior) {
-            let cells = &self.cells;
-            let beside = |&axis: &usize| space.high[axis] <= cells.low[axis] || cells.high[axis] <= space.low[axis];
-            self.neighbours.push(Neighbour { reach, apart: (0..3).filter(beside).count() });
-        }
-        true
-    }
-
-    /// The largest box found inside the region that lies half a cell inside its brick and in no neighbour's reach.
-    fn interior(self) -> [[f64; 3]; 2] {
-        let mut interior = self.interior;
-        // Neighbours across a face first: what they take mostly settles those across an edge or a corner.
-        self.neighbours.sort_by_key(|neighbour| neighbour.apart);
-        for Neighbour { reach, .. } in self.neighbours {
-            if reach.intersects(&interior) {
-                interior = without(&interior, reach);
-            }
-        }
-        if interior.is_empty() {
+        let interior = out_of_reach(view.interior, neighbours);
+        Region {
+            coarsest_in_reach: coarsest_in_reach as u8,
+            finest_in_reach: view.finest_in_reach,
             // A flat interior would promise a dual cell to a brick that is one cell thin.
-            return Region::EMPTY.interior;
+            interior: if interior.is_empty() {
+                Region::EMPTY.interior
+            } else {
+                [interior.low, interior.high].map(|corner| corner.map(|half_cells| half_cells as f64 / 2.0))
+            },
+            ..region
         }
-        [interior.low, interior.high].map(|corner| corner.map(|half_cells| half_cells as f64 / 2.0))
     }
 }
 
-/// The largest of the boxes that remain of `interior` on one side of `taken`, which reaches into it.
-fn without(interior: &IndexBox, taken: &IndexBox) -> IndexBox {
-    let mut largest = *interior;
-    let mut share = -1.0;
-    for axis in 0..3 {
-        let (low, high) = (interior.low[axis], interior.high[axis]);
-        let (below, above) = (taken.low[axis].min(high), taken.high[axis].max(low));
-        // The other axes keep their width: boxes compare by the share that is left of this one.
-        let width = (high - low) as f64;
-        for (left, [low, high]) in [(below - low, [low, below]), (high - above, [above, high])] {
-            if left as f64 / width >= share {
-                share = left as f64 / width;
-                largest = *interior;
-                largest.low[axis] = low;
-                largest.high[axis] = high;
+/// A way down the tree, region by region.
+struct Descent<'a> {
+    survey: &'a Survey<'a>,
+    /// Of the leaves from the number `first` on.
+    views: &'a mut [View],
+    first: usize,
+    meetings: Vec<Meeting>,
+}
+
+impl Descent<'_> {
+    /// Surveys the regions of `part`. All that they reach lies in `around`.
+    fn descend(&mut self, part: &Part, around: Part) {
+        let survey = self.survey;
+        let around = survey.narrowed(around, survey.shown[part.node as usize].coarsest, &part.space);
+        let Some([low, high]) = survey.halves(part) else { return self.look(part, &around) };
+        if self.views.len() > PARALLEL_LEAVES {
+            let middle = survey.first_leaf(high.node);
+            let (low_views, high_views) = self.views.split_at_mut(middle - self.first);
+            let mut this = Descent { survey, views: low_views, first: self.first, meetings: Vec::new() };
+            let mut other = Descent { survey, views: high_views, first: middle, meetings: Vec::new() };
+            rayon::join(|| this.descend(&low, around), || other.descend(&high, around));
+            self.meetings.append(&mut this.meetings);
+            self.meetings.append(&mut other.meetings);
+        } else {
+            self.descend(&low, around);
+            self.descend(&high, around);
+        }
+    }
+
+    /// Looks at what is finer around the region of a leaf.
+    fn look(&mut self, part: &Part, around: &Part) {
+        let survey = self.survey;
+        let number = survey.first_leaf(part.node);
+        let leaf = &survey.leaves[number];
+        let Some(level) = leaf.levels.checked_ilog2() else { return };
+        let level = level as usize;
+        let mut view = survey.view(leaf, level);
+        let margin = survey.margins[level];
+        let mut look = Look {
+            survey,
+            number: number as u32,
+            level,
+            cells: &leaf.cells,
+            margin,
+            reach: survey.reach(level, &leaf.cells),
+            view: &mut view,
+            neighbours: Vec::new(),
+            meetings: &mut self.meetings,
+        };
+        look.below(around.node, &mut around.space.clone(), false);
+        let mut neighbours = look.neighbours;
+        view.interior = out_of_reach(view.interior, &mut neighbours);
+        self.views[number - self.first] = view;
+    }
+}
+
+/// A region that looks around.
+struct Look<'a> {
+    survey: &'a Survey<'a>,
+    number: u32,
+    level: usize,
+    cells: &'a IndexBox,
+    margin: [i64; 3],
+    /// In half cells.
+    reach: IndexBox,
+    view: &'a mut View,
+    neighbours: Vec<Neighbour>,
+    meetings: &'a mut Vec<Meeting>,
+}
+
+impl Look<'_> {
+    /// Looks at everything finer below `node`, which fills `space`. `known` where the neighbour is noted as a whole.
+    fn below(&mut self, node: u32, space: &mut IndexBox, mut known: bool) {
+        let survey = self.survey;
+        let shown = survey.shown[node as usize];
+        if usize::from(shown.finest) <= self.level {
+            return;
+        }
+        if usize::from(shown.coarsest) > self.level && !known {
+            // Whichever is finer: it covers cells of this level that a dual cell would touch.
+            let reach = survey.reach(self.level, space);
+            if reach.intersects(&self.view.interior) {
+                self.neighbours.push(Neighbour::new(reach, space, self.cells));
+            }
+            known = true;
+        }
+        match survey.index.nodes[node as usize] {
+            Node::Leaf(leaf) if shown.finest != Shown::HOLE => self.meet(leaf, shown.finest, space),
+            Node::Leaf(_) => (),
+            Node::Inner { axis, plane, high } => {
+                let axis = usize::from(axis);
+                let ends = (space.low[axis], space.high[axis]);
+                if self.cells.low[axis] - self.margin[axis] < plane {
+                    space.high[axis] = plane;
+                    self.below(node + 1, space, known);
+                    space.high[axis] = ends.1;
+                }
+                if self.cells.high[axis] + self.margin[axis] > plane {
+                    space.low[axis] = plane;
+                    self.below(high, space, known);
+                    space.low[axis] = ends.0;
+                }
             }
         }
     }
-    largest
+
+    /// Takes note of a leaf whose finest level is `finest`.
+    fn meet(&mut self, leaf: u32, finest: u8, space: &IndexBox) {
+        let survey = self.survey;
+        // In reach: nearer than half a cell.
+        let half_cells = space.refined([2; 3]);
+        if !self.reach.intersects(&half_cells) {
+            return;
+        }
+        self.meetings.push(Meeting { finer: leaf, coarser: self.number });
+        if finest > self.view.finest_in_reach {
+            let levels = survey.leaves[leaf as usize].levels;
+            let own = self.cells.refined([2; 3]);
+            let finer = (self.view.finest_in_reach + 1..=finest).rev().filter(|level| levels >> level & 1 == 1);
+            let found = { finer }.find(|&level| survey.reach(usize::from(level), space).intersects(&own));
+            self.view.finest_in_reach = found.unwrap_or(self.view.finest_in_reach);
+        }
+    }
 }
