@@ -17,15 +17,11 @@ const PARALLEL_LEAVES: usize = 256;
 pub(super) fn described(index: &Index, leaves: &[Leaf]) -> Vec<Region> {
     let survey = Survey::new(index, leaves);
     let mut views = vec![View::NONE; leaves.len()];
-    let root = Part { node: 0, space: index.domain };
-    let mut descent = Descent { survey: &survey, views: &mut views, first: 0, meetings: Vec::new() };
-    descent.descend(&root, root);
-    let mut meetings = descent.meetings;
-    meetings.par_sort_unstable();
+    let mut descent = Descent::new(&survey, &mut views, 0);
+    descent.descend(0, &index.domain, 0);
+    let meetings = ByFiner::new(&descent.meetings, leaves.len());
     let describe = |neighbours: &mut Vec<Neighbour>, (number, view): (usize, &View)| {
-        let first = meetings.partition_point(|meeting| meeting.finer < number as u32);
-        let with = meetings[first..].iter().take_while(|meeting| meeting.finer == number as u32);
-        survey.region(&leaves[number], view, with, neighbours)
+        survey.region(&leaves[number], view, meetings.of(number), neighbours)
     };
     views.par_iter().enumerate().map_init(Vec::new, describe).collect()
 }
@@ -34,31 +30,18 @@ pub(super) fn described(index: &Index, leaves: &[Leaf]) -> Vec<Region> {
 struct Survey<'a> {
     index: &'a Index,
     leaves: &'a [Leaf],
-    /// Per node, which levels show below it.
-    shown: Vec<Shown>,
+    /// Per node, the coarsest level that is the finest one of some region below it.
+    coarsest: Vec<u8>,
+    /// Per node, the finest level below it. A hole counts as finer than every level: neighbours reach into it.
+    finest: Vec<u8>,
     /// Per level, cells of the finest level per cell.
     sizes: Vec<[i64; 3]>,
     /// Per level, how far its cells can reach from a region's box, in cells of the finest level.
     margins: Vec<[i64; 3]>,
 }
 
-/// The finest levels of the regions below a node. A hole counts as finer than every level: neighbours reach into it.
-#[derive(Clone, Copy)]
-struct Shown {
-    coarsest: u8,
-    finest: u8,
-}
-
-impl Shown {
-    const HOLE: u8 = u8::MAX;
-}
-
-/// A node with the space it fills, in cells of the finest level.
-#[derive(Clone, Copy)]
-struct Part {
-    node: u32,
-    space: IndexBox,
-}
+/// The level of a region without any.
+const HOLE: u8 = u8::MAX;
 
 /// What a region sees of what is finer.
 #[derive(Clone)]
@@ -73,26 +56,60 @@ impl View {
     const NONE: Self = Self { finest_in_reach: 0, interior: IndexBox::new([0; 3], [-1; 3]) };
 }
 
-/// Two leaves, one of which has the other in reach.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+/// Two leaves, the finer of which lies in reach of the coarser.
+#[derive(Clone, Copy)]
 struct Meeting {
     finer: u32,
     coarser: u32,
 }
 
+/// Meetings, grouped by the finer leaf.
+struct ByFiner {
+    /// Per leaf, where its meetings end.
+    ends: Vec<usize>,
+    coarser: Vec<u32>,
+}
+
+impl ByFiner {
+    fn new(meetings: &[Meeting], leaves: usize) -> Self {
+        let mut ends = vec![0usize; leaves + 1];
+        for meeting in meetings {
+            ends[meeting.finer as usize + 1] += 1;
+        }
+        for leaf in 0..leaves {
+            ends[leaf + 1] += ends[leaf];
+        }
+        // Now they are starts; each moves to its end as the list fills.
+        let mut coarser = vec![0; meetings.len()];
+        for meeting in meetings {
+            let end = &mut ends[meeting.finer as usize];
+            coarser[*end] = meeting.coarser;
+            *end += 1;
+        }
+        Self { ends, coarser }
+    }
+
+    /// The leaves that have `finer` in reach.
+    fn of(&self, finer: usize) -> &[u32] {
+        let start = finer.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.coarser[start..self.ends[finer]]
+    }
+}
+
 impl<'a> Survey<'a> {
     fn new(index: &'a Index, leaves: &'a [Leaf]) -> Self {
-        let mut shown = vec![Shown { coarsest: 0, finest: 0 }; index.nodes.len()];
+        let nodes = index.nodes.len();
+        let (mut coarsest, mut finest) = (vec![0; nodes], vec![0; nodes]);
         // Children follow their parents.
         for (place, node) in index.nodes.iter().enumerate().rev() {
-            shown[place] = match *node {
+            (coarsest[place], finest[place]) = match *node {
                 Node::Leaf(leaf) => {
-                    let level = leaves[leaf as usize].levels.checked_ilog2().map_or(Shown::HOLE, |level| level as u8);
-                    Shown { coarsest: level, finest: level }
+                    let level = leaves[leaf as usize].levels.checked_ilog2().map_or(HOLE, |level| level as u8);
+                    (level, level)
                 }
                 Node::Inner { high, .. } => {
-                    let (low, high) = (shown[place + 1], shown[high as usize]);
-                    Shown { coarsest: low.coarsest.min(high.coarsest), finest: low.finest.max(high.finest) }
+                    let (low, high) = (place + 1, high as usize);
+                    (coarsest[low].min(coarsest[high]), finest[low].max(finest[high]))
                 }
             };
         }
@@ -103,41 +120,38 @@ impl<'a> Survey<'a> {
         Self {
             index,
             leaves,
-            shown,
+            coarsest,
+            finest,
             sizes: levels.iter().map(Level::finest_cells).collect(),
             margins: levels.iter().map(margin).collect(),
         }
     }
 
-    /// The parts below an inner node.
-    fn halves(&self, part: &Part) -> Option<[Part; 2]> {
-        let Node::Inner { axis, plane, high } = self.index.nodes[part.node as usize] else { return None };
-        let mut halves = [Part { node: part.node + 1, ..*part }, Part { node: high, ..*part }];
-        halves[0].space.high[usize::from(axis)] = plane;
-        halves[1].space.low[usize::from(axis)] = plane;
-        Some(halves)
-    }
-
     /// The number of the first leaf below a node.
-    fn first_leaf(&self, mut node: u32) -> usize {
+    fn first_leaf(&self, mut node: usize) -> usize {
         loop {
-            match self.index.nodes[node as usize] {
+            match self.index.nodes[node] {
                 Node::Leaf(leaf) => return leaf as usize,
                 Node::Inner { .. } => node += 1,
             }
         }
     }
 
-    /// The smallest part inside `part` that holds all that the regions of `level`, or finer, in `space` reach.
-    fn narrowed(&self, mut part: Part, level: u8, space: &IndexBox) -> Part {
-        let Some(margin) = self.margins.get(usize::from(level)) else { return part };
-        let reach = space.grown(*margin).intersection(&part.space);
-        while let Some(half) =
-            self.halves(&part).and_then(|halves| halves.into_iter().find(|half| half.space.contains_box(&reach)))
-        {
-            part = half;
+    /// The deepest node at or below `around` that holds all of the regions below `node`, in `space`, and around them
+    /// that they reach.
+    fn narrowed(&self, mut around: usize, node: usize, space: &IndexBox) -> usize {
+        let Some(margin) = self.margins.get(usize::from(self.coarsest[node])) else { return around };
+        while let Node::Inner { axis, plane, high } = self.index.nodes[around] {
+            let axis = usize::from(axis);
+            if space.high[axis] + margin[axis] <= plane {
+                around += 1;
+            } else if space.low[axis] - margin[axis] >= plane {
+                around = high as usize;
+            } else {
+                break;
+            }
         }
-        part
+        around
     }
 
     /// A region's `cells` (of the finest level) grown by half a cell of `level`, in half cells of the finest level.
@@ -159,20 +173,14 @@ impl<'a> Survey<'a> {
         View { finest_in_reach: level as u8, interior }
     }
 
-    /// The region of `leaf`, which has the coarser ones of the `meetings` in reach. `neighbours` is memory to use.
-    fn region<'m>(
-        &self,
-        leaf: &Leaf,
-        view: &View,
-        meetings: impl Iterator<Item = &'m Meeting>,
-        neighbours: &mut Vec<Neighbour>,
-    ) -> Region {
+    /// The region of `leaf`, which the leaves `coarser` have in reach. `neighbours` is memory to use.
+    fn region(&self, leaf: &Leaf, view: &View, coarser: &[u32], neighbours: &mut Vec<Neighbour>) -> Region {
         let region = Region { levels: leaf.levels, first_brick: leaf.first_brick, ..Region::EMPTY };
         let Some(level) = region.finest_level() else { return region };
         let mut coarsest_in_reach = level;
         neighbours.clear();
-        for meeting in meetings {
-            let coarser = &self.leaves[meeting.coarser as usize];
+        for &coarser in coarser {
+            let coarser = &self.leaves[coarser as usize];
             let coarser_level = coarser.levels.ilog2() as usize;
             coarsest_in_reach = coarsest_in_reach.min(coarser_level);
             let reach = self.reach(coarser_level, &coarser.cells);
@@ -202,120 +210,118 @@ struct Descent<'a> {
     views: &'a mut [View],
     first: usize,
     meetings: Vec<Meeting>,
+    /// Memory to use.
+    stack: Vec<usize>,
+    found: Vec<u32>,
+    neighbours: Vec<Neighbour>,
 }
 
-impl Descent<'_> {
-    /// Surveys the regions of `part`. All that they reach lies in `around`.
-    fn descend(&mut self, part: &Part, around: Part) {
+impl<'a> Descent<'a> {
+    fn new(survey: &'a Survey<'a>, views: &'a mut [View], first: usize) -> Self {
+        Self {
+            survey,
+            views,
+            first,
+            meetings: Vec::new(),
+            stack: Vec::new(),
+            found: Vec::new(),
+            neighbours: Vec::new(),
+        }
+    }
+
+    /// Surveys the regions below `node`, which fills `space`. All that they reach lies below `around`.
+    fn descend(&mut self, node: usize, space: &IndexBox, around: usize) {
         let survey = self.survey;
-        let around = survey.narrowed(around, survey.shown[part.node as usize].coarsest, &part.space);
-        let Some([low, high]) = survey.halves(part) else { return self.look(part, &around) };
+        let around = survey.narrowed(around, node, space);
+        let (axis, plane, high) = match survey.index.nodes[node] {
+            Node::Leaf(leaf) => return self.look(leaf as usize, around),
+            Node::Inner { axis, plane, high } => (usize::from(axis), plane, high as usize),
+        };
+        let (mut below, mut above) = (*space, *space);
+        below.high[axis] = plane;
+        above.low[axis] = plane;
         if self.views.len() > PARALLEL_LEAVES {
-            let middle = survey.first_leaf(high.node);
+            let middle = survey.first_leaf(high);
             let (low_views, high_views) = self.views.split_at_mut(middle - self.first);
-            let mut this = Descent { survey, views: low_views, first: self.first, meetings: Vec::new() };
-            let mut other = Descent { survey, views: high_views, first: middle, meetings: Vec::new() };
-            rayon::join(|| this.descend(&low, around), || other.descend(&high, around));
-            self.meetings.append(&mut this.meetings);
+            let mut this = Descent::new(survey, low_views, self.first);
+            let mut other = Descent::new(survey, high_views, middle);
+            this.meetings = std::mem::take(&mut self.meetings);
+            rayon::join(|| this.descend(node + 1, &below, around), || other.descend(high, &above, around));
+            self.meetings = this.meetings;
             self.meetings.append(&mut other.meetings);
         } else {
-            self.descend(&low, around);
-            self.descend(&high, around);
+            self.descend(node + 1, &below, around);
+            self.descend(high, &above, around);
         }
     }
 
-    /// Looks at what is finer around the region of a leaf.
-    fn look(&mut self, part: &Part, around: &Part) {
+    /// Looks at what is finer around the region of the leaf with this number.
+    fn look(&mut self, number: usize, around: usize) {
         let survey = self.survey;
-        let number = survey.first_leaf(part.node);
         let leaf = &survey.leaves[number];
-        let Some(level) = leaf.levels.checked_ilog2() else { return };
-        let level = level as usize;
+        let Some(level) = leaf.levels.checked_ilog2().map(|level| level as usize) else { return };
         let mut view = survey.view(leaf, level);
-        let margin = survey.margins[level];
-        let mut look = Look {
-            survey,
-            number: number as u32,
-            level,
-            cells: &leaf.cells,
-            margin,
-            reach: survey.reach(level, &leaf.cells),
-            view: &mut view,
-            neighbours: Vec::new(),
-            meetings: &mut self.meetings,
-        };
-        look.below(around.node, &mut around.space.clone(), false);
-        let mut neighbours = look.neighbours;
-        view.interior = out_of_reach(view.interior, &mut neighbours);
+        let own = leaf.cells.refined([2; 3]);
+        let reach = survey.reach(level, &leaf.cells);
+        self.find_finer(level, &leaf.cells.grown(survey.margins[level]), around);
+        self.neighbours.clear();
+        for &number_of_other in &self.found {
+            let other = &survey.leaves[number_of_other as usize];
+            // Whichever is finer: it covers cells of this level that a dual cell would touch.
+            let taken = survey.reach(level, &other.cells);
+            if taken.intersects(&view.interior) {
+                self.neighbours.push(Neighbour::new(taken, &other.cells, &leaf.cells));
+            }
+            // In reach: nearer than half a cell.
+            if other.levels != 0 && reach.intersects(&other.cells.refined([2; 3])) {
+                self.meetings.push(Meeting { finer: number_of_other, coarser: number as u32 });
+                let finer_than_known = other.levels & (!1u64 << view.finest_in_reach);
+                let touching =
+                    levels_of(finer_than_known).find(|&level| survey.reach(level, &other.cells).intersects(&own));
+                view.finest_in_reach = touching.map_or(view.finest_in_reach, |level| level as u8);
+            }
+        }
+        view.interior = out_of_reach(view.interior, &mut self.neighbours);
         self.views[number - self.first] = view;
     }
-}
 
-/// A region that looks around.
-struct Look<'a> {
-    survey: &'a Survey<'a>,
-    number: u32,
-    level: usize,
-    cells: &'a IndexBox,
-    margin: [i64; 3],
-    /// In half cells.
-    reach: IndexBox,
-    view: &'a mut View,
-    neighbours: Vec<Neighbour>,
-    meetings: &'a mut Vec<Meeting>,
-}
-
-impl Look<'_> {
-    /// Looks at everything finer below `node`, which fills `space`. `known` where the neighbour is noted as a whole.
-    fn below(&mut self, node: u32, space: &mut IndexBox, mut known: bool) {
+    /// Finds the leaves below `around` that share cells with `cells` (of the finest level) and are finer than `level`.
+    fn find_finer(&mut self, level: usize, cells: &IndexBox, around: usize) {
         let survey = self.survey;
-        let shown = survey.shown[node as usize];
-        if usize::from(shown.finest) <= self.level {
-            return;
-        }
-        if usize::from(shown.coarsest) > self.level && !known {
-            // Whichever is finer: it covers cells of this level that a dual cell would touch.
-            let reach = survey.reach(self.level, space);
-            if reach.intersects(&self.view.interior) {
-                self.neighbours.push(Neighbour::new(reach, space, self.cells));
-            }
-            known = true;
-        }
-        match survey.index.nodes[node as usize] {
-            Node::Leaf(leaf) if shown.finest != Shown::HOLE => self.meet(leaf, shown.finest, space),
-            Node::Leaf(_) => (),
-            Node::Inner { axis, plane, high } => {
-                let axis = usize::from(axis);
-                let ends = (space.low[axis], space.high[axis]);
-                if self.cells.low[axis] - self.margin[axis] < plane {
-                    space.high[axis] = plane;
-                    self.below(node + 1, space, known);
-                    space.high[axis] = ends.1;
-                }
-                if self.cells.high[axis] + self.margin[axis] > plane {
-                    space.low[axis] = plane;
-                    self.below(high, space, known);
-                    space.low[axis] = ends.0;
+        let finer = |node: usize| usize::from(survey.finest[node]) > level;
+        self.found.clear();
+        self.stack.extend(Some(around).filter(|&node| finer(node)));
+        while let Some(mut node) = self.stack.pop() {
+            loop {
+                match survey.index.nodes[node] {
+                    Node::Leaf(leaf) => {
+                        self.found.push(leaf);
+                        break;
+                    }
+                    Node::Inner { axis, plane, high } => {
+                        let (low, high) = (node + 1, high as usize);
+                        // Which way it goes cannot be foreseen: no branch for it.
+                        let into_low = (cells.low[usize::from(axis)] < plane) & finer(low);
+                        let into_high = (cells.high[usize::from(axis)] > plane) & finer(high);
+                        if !(into_low | into_high) {
+                            break;
+                        }
+                        if into_low & into_high {
+                            self.stack.push(high);
+                        }
+                        node = if into_low { low } else { high };
+                    }
                 }
             }
         }
     }
+}
 
-    /// Takes note of a leaf whose finest level is `finest`.
-    fn meet(&mut self, leaf: u32, finest: u8, space: &IndexBox) {
-        let survey = self.survey;
-        // In reach: nearer than half a cell.
-        let half_cells = space.refined([2; 3]);
-        if !self.reach.intersects(&half_cells) {
-            return;
-        }
-        self.meetings.push(Meeting { finer: leaf, coarser: self.number });
-        if finest > self.view.finest_in_reach {
-            let levels = survey.leaves[leaf as usize].levels;
-            let own = self.cells.refined([2; 3]);
-            let finer = (self.view.finest_in_reach + 1..=finest).rev().filter(|level| levels >> level & 1 == 1);
-            let found = { finer }.find(|&level| survey.reach(usize::from(level), space).intersects(&own));
-            self.view.finest_in_reach = found.unwrap_or(self.view.finest_in_reach);
-        }
-    }
+/// The levels of a mask, from fine to coarse.
+fn levels_of(mut mask: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let level = mask.checked_ilog2()?;
+        mask ^= 1 << level;
+        Some(level as usize)
+    })
 }
