@@ -33,7 +33,7 @@ pub(super) fn out_of_reach(mut interior: IndexBox, neighbours: &mut [Neighbour])
 /// The largest of the boxes that remain of `interior` on one side of `taken`, which reaches into it.
 fn without(interior: &IndexBox, taken: &IndexBox) -> IndexBox {
     let mut largest = *interior;
-    let mut share = -1.0;
+    let mut share = f64::NEG_INFINITY;
     for axis in 0..3 {
         let (low, high) = (interior.low[axis], interior.high[axis]);
         let (below, above) = (taken.low[axis].min(high), taken.high[axis].max(low));

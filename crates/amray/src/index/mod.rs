@@ -4,6 +4,7 @@
 //! level is either one brick or nothing, so one descent answers every question about a place. All comparisons are of
 //! integer cell indices of the finest level.
 
+mod blocks;
 mod build;
 mod cut;
 mod faces;
@@ -174,15 +175,17 @@ impl Index {
     /// Calls `visit` with every piece of a brick of `level` inside `cells` (both in cells of that level): the brick's
     /// place in [`Hierarchy::bricks`] and the piece. The pieces do not overlap.
     pub fn for_each_piece(&self, level: usize, cells: &IndexBox, visit: &mut impl FnMut(usize, IndexBox)) {
-        let finest_cells = self.hierarchy.levels()[level].finest_cells();
-        self.for_each_region_in(&cells.refined(finest_cells), &mut |region, shared| {
+        let description = &self.hierarchy.levels()[level];
+        let size = description.finest_cells();
+        self.for_each_region_in(&cells.refined(size), &mut |region, shared| {
             let region = &self.regions[region];
             if region.has_level(level)
                 && let Some((_, brick)) = self.finest_brick(region, level)
             {
-                let owned = shared.cells_starting_inside(finest_cells);
-                if !owned.is_empty() {
-                    visit(brick, owned);
+                let piece = description.brick_at(brick).intersection(cells);
+                // Of all the regions that the piece fills, one holds its first corner.
+                if shared.contains(std::array::from_fn(|axis| piece.low[axis] * size[axis])) {
+                    visit(brick, piece);
                 }
             }
         });

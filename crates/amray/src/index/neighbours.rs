@@ -272,14 +272,13 @@ impl<'a> Descent<'a> {
             if taken.intersects(&view.interior) {
                 self.neighbours.push(Neighbour::new(taken, &other.cells, &leaf.cells));
             }
-            // In reach: nearer than half a cell.
+            // In reach: nearer than half a cell, which is the coarser region's for one and the finer's for the other.
             if other.levels != 0 && reach.intersects(&other.cells.refined([2; 3])) {
                 self.meetings.push(Meeting { finer: number_of_other, coarser: number as u32 });
-                let finer_than_known = other.levels & (!1u64 << view.finest_in_reach);
-                let touching =
-                    levels_of(finer_than_known).find(|&level| survey.reach(level, &other.cells).intersects(&own));
-                view.finest_in_reach = touching.map_or(view.finest_in_reach, |level| level as u8);
             }
+            let more = levels_of(other.levels & (!1u64 << view.finest_in_reach));
+            let touching = { more }.find(|&level| survey.reach(level, &other.cells).intersects(&own));
+            view.finest_in_reach = touching.map_or(view.finest_in_reach, |level| level as u8);
         }
         view.interior = out_of_reach(view.interior, &mut self.neighbours);
         self.views[number - self.first] = view;
