@@ -176,18 +176,40 @@ impl Index {
     /// place in [`Hierarchy::bricks`] and the piece. The pieces do not overlap.
     pub fn for_each_piece(&self, level: usize, cells: &IndexBox, visit: &mut impl FnMut(usize, IndexBox)) {
         let description = &self.hierarchy.levels()[level];
-        let size = description.finest_cells();
-        self.for_each_region_in(&cells.refined(size), &mut |region, shared| {
-            let region = &self.regions[region];
-            if region.has_level(level)
-                && let Some((_, brick)) = self.finest_brick(region, level)
-            {
-                let piece = description.brick_at(brick).intersection(cells);
-                // Of all the regions that the piece fills, one holds its first corner.
-                if shared.contains(std::array::from_fn(|axis| piece.low[axis] * size[axis])) {
-                    visit(brick, piece);
+        let shared = cells.refined(description.finest_cells()).intersection(&self.domain);
+        let mut bricks = Vec::new();
+        if !shared.is_empty() {
+            self.collect_bricks(0, level, &shared, &mut bricks);
+        }
+        // A brick that several regions show is one piece.
+        bricks.sort_unstable();
+        bricks.dedup();
+        for brick in bricks {
+            visit(brick, description.brick_at(brick).intersection(cells));
+        }
+    }
+
+    /// Appends the bricks of `level` below `node` that share cells with `cells` (of the finest level), some repeatedly.
+    fn collect_bricks(&self, mut node: usize, level: usize, cells: &IndexBox, bricks: &mut Vec<usize>) {
+        loop {
+            match self.nodes[node] {
+                Node::Leaf(region) => {
+                    let region = &self.regions[region as usize];
+                    if region.has_level(level) {
+                        bricks.extend(self.finest_brick(region, level).map(|(_, brick)| brick));
+                    }
+                    return;
+                }
+                Node::Inner { axis, plane, high } => {
+                    let (into_low, into_high) =
+                        (cells.low[usize::from(axis)] < plane, cells.high[usize::from(axis)] > plane);
+                    if into_low & into_high {
+                        self.collect_bricks(node + 1, level, cells, bricks);
+                    }
+                    // The last side is gone down without recursion.
+                    node = if into_high { high as usize } else { node + 1 };
                 }
             }
-        });
+        }
     }
 }
