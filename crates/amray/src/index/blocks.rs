@@ -13,6 +13,9 @@ const PARALLEL_CELLS: usize = 1 << 14;
 /// The range of no values.
 pub(super) const NOTHING: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
 
+/// A box of a brick's cells, counted from its low corner: the first, and one past the last, per axis.
+pub(super) type Cells = [[usize; 3]; 2];
+
 /// Lowest and highest finite value per block of a brick, and the brick's values where blocks are cut.
 pub(super) struct Blocks<'a, T> {
     values: &'a BrickValues<T>,
@@ -20,6 +23,8 @@ pub(super) struct Blocks<'a, T> {
     count: [usize; 3],
     /// x fastest.
     ranges: Vec<[f32; 2]>,
+    /// Of all blocks.
+    range: [f32; 2],
 }
 
 impl<'a, T: Voxel> Blocks<'a, T> {
@@ -51,71 +56,91 @@ impl<'a, T: Voxel> Blocks<'a, T> {
                 }
             }
         });
-        Self { values, count, ranges }
+        let range = ranges.iter().copied().fold(NOTHING, union);
+        Self { values, count, ranges, range }
     }
 
-    /// Widens `range` by those of the whole blocks between the cells `low` and `high`.
-    pub(super) fn widen_by_whole(&self, range: &mut [f32; 2], low: [usize; 3], high: [usize; 3]) {
-        let [first, end] = self.whole(low, high);
+    /// Widens `range` by the whole blocks among the `cells`.
+    pub(super) fn widen_by_whole(&self, range: &mut [f32; 2], cells: Cells) {
+        let whole = self.whole(cells);
+        if (0..3).all(|axis| whole[0][axis] < whole[1][axis]) {
+            *range = union(*range, self.range_of_blocks(whole));
+        }
+    }
+
+    /// Widens `range` by those of the `cells` that lie in blocks which are cut.
+    pub(super) fn widen_by_cut(&self, range: &mut [f32; 2], cells: Cells) {
+        if holds(*range, self.range) {
+            return;
+        }
+        let whole = self.whole(cells).map(|block| block.map(|place| place * BLOCK));
+        if (0..3).any(|axis| whole[0][axis] >= whole[1][axis]) {
+            return self.widen_by_some(range, cells);
+        }
+        let mut rest = cells;
+        for axis in (0..3).rev() {
+            let (mut below, mut above) = (rest, rest);
+            below[1][axis] = whole[0][axis];
+            above[0][axis] = whole[1][axis].min(rest[1][axis]);
+            rest[0][axis] = below[1][axis];
+            rest[1][axis] = above[0][axis];
+            for side in [below, above] {
+                if side[0][axis] < side[1][axis] {
+                    self.widen_by_some(range, side);
+                }
+            }
+        }
+    }
+
+    /// Widens `range` by `cells`, wherever they lie in their blocks.
+    fn widen_by_some(&self, range: &mut [f32; 2], cells: Cells) {
+        let [low, high] = cells;
+        // What the blocks hold may be known to be in the range without a look.
+        let blocks = [low.map(|cell| cell / BLOCK), high.map(|cell| cell.div_ceil(BLOCK))];
+        if !holds(*range, self.range_of_blocks(blocks)) {
+            *range = union(*range, exact_range(self.values, cells));
+        }
+    }
+
+    /// The range of the blocks from the first up to, but not with, the second.
+    fn range_of_blocks(&self, [first, end]: [[usize; 3]; 2]) -> [f32; 2] {
+        let mut range = NOTHING;
         for k in first[2]..end[2] {
             for j in first[1]..end[1] {
                 let row = (k * self.count[1] + j) * self.count[0];
-                for &[low, high] in &self.ranges[row + first[0]..row + end[0].max(first[0])] {
-                    *range = [range[0].min(low), range[1].max(high)];
-                }
+                range = self.ranges[row + first[0]..row + end[0]].iter().copied().fold(range, union);
             }
         }
+        range
     }
 
-    /// Widens `range` by the values between the cells `low` and `high` that lie in blocks which are cut there.
-    pub(super) fn widen_by_cut(&self, range: &mut [f32; 2], low: [usize; 3], high: [usize; 3]) {
-        let [first_whole, end_whole] = self.whole(low, high);
-        let first = low.map(|cell| cell / BLOCK);
-        let end = high.map(|cell| cell.div_ceil(BLOCK));
-        let inside = |axis: usize, block: usize| first_whole[axis] <= block && block < end_whole[axis];
-        for k in first[2]..end[2] {
-            for j in first[1]..end[1] {
-                let mut i = first[0];
-                while i < end[0] {
-                    if inside(0, i) && inside(1, j) && inside(2, k) {
-                        i = end_whole[0];
-                        continue;
-                    }
-                    let block = [i, j, k];
-                    i += 1;
-                    let [least, most] = self.ranges[(k * self.count[1] + j) * self.count[0] + block[0]];
-                    // What the block holds may be known to be there without a look.
-                    if range[0] <= least && most <= range[1] {
-                        continue;
-                    }
-                    let [from, to] = corners(block, self.values.size());
-                    let cut = [
-                        std::array::from_fn(|axis| from[axis].max(low[axis])),
-                        std::array::from_fn(|axis| to[axis].min(high[axis])),
-                    ];
-                    let [least, most] = exact_range(self.values, cut);
-                    *range = [range[0].min(least), range[1].max(most)];
-                }
-            }
-        }
-    }
-
-    /// The first and one past the last block per axis that lies between the cells `low` and `high` in whole.
-    fn whole(&self, low: [usize; 3], high: [usize; 3]) -> [[usize; 3]; 2] {
+    /// The first and one past the last block per axis that lies among the `cells` in whole.
+    fn whole(&self, [low, high]: Cells) -> [[usize; 3]; 2] {
         let size = self.values.size();
         let end = |axis: usize| if high[axis] == size[axis] { self.count[axis] } else { high[axis] / BLOCK };
         [low.map(|cell| cell.div_ceil(BLOCK)), std::array::from_fn(end)]
     }
 }
 
+/// Whether all of `b` lies in `a`.
+#[inline]
+fn holds(a: [f32; 2], b: [f32; 2]) -> bool {
+    a[0] <= b[0] && b[1] <= a[1]
+}
+
+#[inline]
+fn union(a: [f32; 2], b: [f32; 2]) -> [f32; 2] {
+    [if b[0] < a[0] { b[0] } else { a[0] }, if b[1] > a[1] { b[1] } else { a[1] }]
+}
+
 /// The cells of a block of a brick of `size` cells: the first, and one past the last, per axis.
-fn corners(block: [usize; 3], size: [usize; 3]) -> [[usize; 3]; 2] {
+fn corners(block: [usize; 3], size: [usize; 3]) -> Cells {
     let low = block.map(|place| place * BLOCK);
     [low, std::array::from_fn(|axis| size[axis].min(low[axis] + BLOCK))]
 }
 
 /// The lowest and highest finite value between the cells `low` and `high`, in single precision, rounded outward.
-fn exact_range<T: Voxel>(values: &BrickValues<T>, [low, high]: [[usize; 3]; 2]) -> [f32; 2] {
+fn exact_range<T: Voxel>(values: &BrickValues<T>, [low, high]: Cells) -> [f32; 2] {
     let mut range = NOTHING.map(f64::from);
     let runs_end = high[0] - (high[0] - low[0]) % BLOCK;
     for first in (low[0]..runs_end).step_by(BLOCK) {
@@ -157,7 +182,7 @@ fn joined<T: Voxel, const N: usize>(mut range: [f64; 2], [least, most]: [[T; N];
 
 /// The `range` of all numbers between the cells `low` and `high`, in single precision, without the infinite ones.
 #[inline]
-fn finite<T: Voxel>(range: [f64; 2], values: &BrickValues<T>, [low, high]: [[usize; 3]; 2]) -> [f32; 2] {
+fn finite<T: Voxel>(range: [f64; 2], values: &BrickValues<T>, [low, high]: Cells) -> [f32; 2] {
     if range[0] > f64::NEG_INFINITY && range[1] < f64::INFINITY {
         return outward(range);
     }
@@ -182,4 +207,42 @@ fn outward([low, high]: [f64; 2]) -> [f32; 2] {
         near_high = near_high.next_up();
     }
     [near_low, near_high]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_and_their_parts_hold_the_finite_values() {
+        let size = [11, 6, 9];
+        let value = |place: usize| match place % 97 {
+            0 => f64::NAN,
+            1 => f64::INFINITY,
+            2 => f64::NEG_INFINITY,
+            _ => ((place * 7919) % 1009) as f64 - 500.3,
+        };
+        let brick = BrickValues::owned((0..11 * 6 * 9).map(value).collect(), size).unwrap();
+        let blocks = Blocks::new(&brick);
+        let boxes: [Cells; 6] = [
+            [[0; 3], size],
+            [[0, 0, 4], [11, 6, 5]],
+            [[1, 1, 1], [10, 6, 9]],
+            [[3, 2, 3], [4, 3, 4]],
+            [[10, 0, 0], [11, 6, 9]],
+            [[4, 0, 4], [8, 4, 8]],
+        ];
+        for cells in boxes {
+            let mut expected = NOTHING.map(f64::from);
+            brick.for_each(cells[0], cells[1], |value| {
+                if value.is_finite() {
+                    expected = [expected[0].min(value), expected[1].max(value)];
+                }
+            });
+            let mut found = NOTHING;
+            blocks.widen_by_whole(&mut found, cells);
+            blocks.widen_by_cut(&mut found, cells);
+            assert_eq!(found, outward(expected), "{cells:?}");
+        }
+    }
 }

@@ -43,8 +43,9 @@ impl Index {
 pub(super) struct Candidate {
     /// What it fills of the node.
     pub(super) faces: FaceBox,
-    level: u32,
-    number: u32,
+    pub(super) level: u32,
+    /// Its place in [`Hierarchy::bricks`].
+    pub(super) number: u32,
 }
 
 /// A leaf of the tree, before its surroundings are known.

@@ -95,3 +95,22 @@ impl Cutter {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sorting_few_faces_and_counting_many_agree() {
+        let ends = [(0, 4), (4, 9), (2, 4), (0, 9), (3, 7), (7, 8)];
+        let seen = |stretch: u32| {
+            let of = |low: u32, high: u32| FaceBox { low: [low * stretch, 0, 0], high: [high * stretch, 1, 1] };
+            let bricks = ends.map(|(low, high)| Candidate { faces: of(low, high), level: 0, number: 0 });
+            let mut seen = Vec::new();
+            Cutter::default().for_each_face(0, &of(0, 9), &bricks, |face, cut| seen.push((face / stretch, cut)));
+            seen
+        };
+        assert_eq!(seen(1), [(2, 2), (3, 3), (4, 2), (7, 2), (8, 2)]);
+        assert_eq!(seen(100), seen(1));
+    }
+}

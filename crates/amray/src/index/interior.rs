@@ -50,3 +50,28 @@ fn without(interior: &IndexBox, taken: &IndexBox) -> IndexBox {
     }
     largest
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn left_of(interior: IndexBox, reaches: &[IndexBox]) -> IndexBox {
+        let mut neighbours: Vec<_> = reaches.iter().map(|reach| Neighbour::new(*reach, reach, &interior)).collect();
+        out_of_reach(interior, &mut neighbours)
+    }
+
+    #[test]
+    fn the_largest_side_is_left() {
+        let interior = IndexBox::new([0; 3], [10; 3]);
+        let taken = [IndexBox::new([7, 0, 0], [12, 10, 10]), IndexBox::new([0, 9, 0], [10, 12, 3])];
+        assert_eq!(left_of(interior, &taken[..1]), IndexBox::new([0; 3], [7, 10, 10]));
+        assert_eq!(left_of(interior, &taken), IndexBox::new([0; 3], [7, 9, 10]));
+        assert_eq!(left_of(interior, &[IndexBox::new([10; 3], [12; 3])]), interior);
+    }
+
+    #[test]
+    fn nothing_is_left_under_a_neighbour_that_reaches_far_beyond() {
+        let interior = IndexBox::new([0; 3], [1; 3]);
+        assert!(left_of(interior, &[IndexBox::new([-9; 3], [9; 3])]).is_empty());
+    }
+}

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::blocks::{Blocks, NOTHING};
+use super::blocks::{Blocks, Cells, NOTHING};
 use super::{Index, Node};
 use crate::hierarchy::{Field, IndexBox, Level, Voxel, with_voxels};
 
@@ -19,7 +19,7 @@ impl ValueRanges {
     pub fn build(index: &Index, field: &Field) -> Self {
         let regions: Vec<[f32; 2]> = with_voxels!(field.values(), bricks => {
             let blocks: Vec<_> = bricks.par_iter().map(Blocks::new).collect();
-            let of_region = |pieces: &mut Vec<Piece>, (region, cells): (usize, &IndexBox)| {
+            let of_region = |pieces: &mut Vec<(usize, Cells)>, (region, cells): (usize, &IndexBox)| {
                 find_pieces(index, region, cells, pieces);
                 range_of(&blocks, pieces)
             };
@@ -54,20 +54,12 @@ impl ValueRanges {
     }
 }
 
-/// A box of a brick's cells.
-struct Piece {
-    brick: usize,
-    /// Counted from the brick's low corner.
-    low: [usize; 3],
-    high: [usize; 3],
-}
-
-/// Finds all cells that any reconstruction can use for a point in the region.
+/// Finds all cells that any reconstruction can use for a point in the region: in which bricks, and which of theirs.
 ///
 /// From the finest level in reach down: the cells of the dual cells that the region's points can lie in. Where they
 /// are all actual, no method looks at coarser levels. Where one is virtual, its value comes from coarser cells around
 /// it, so the box to look at grows by it.
-fn find_pieces(index: &Index, number: usize, cells: &IndexBox, pieces: &mut Vec<Piece>) {
+fn find_pieces(index: &Index, number: usize, cells: &IndexBox, pieces: &mut Vec<(usize, Cells)>) {
     pieces.clear();
     let region = &index.regions[number];
     let Some(finest) = region.finest_level() else { return };
@@ -81,7 +73,7 @@ fn find_pieces(index: &Index, number: usize, cells: &IndexBox, pieces: &mut Vec<
             actual += piece.cells();
             let first = description.brick_at(brick).low;
             let inside = |corner: [i64; 3]| std::array::from_fn(|axis| (corner[axis] - first[axis]) as usize);
-            pieces.push(Piece { brick, low: inside(piece.low), high: inside(piece.high) });
+            pieces.push((brick, [piece.low, piece.high].map(inside)));
         });
         if level <= coarsest_needed && actual == dual.cells() {
             break;
@@ -106,14 +98,14 @@ fn dual_cells(level: &Level, cells: &IndexBox) -> IndexBox {
 }
 
 /// The range of the cells of all `pieces`.
-fn range_of<T: Voxel>(blocks: &[Blocks<T>], pieces: &[Piece]) -> [f32; 2] {
+fn range_of<T: Voxel>(blocks: &[Blocks<T>], pieces: &[(usize, Cells)]) -> [f32; 2] {
     let mut range = NOTHING;
     // Blocks that are cut have to be looked at only where the others leave a doubt.
-    for Piece { brick, low, high } in pieces {
-        blocks[*brick].widen_by_whole(&mut range, *low, *high);
+    for &(brick, cells) in pieces {
+        blocks[brick].widen_by_whole(&mut range, cells);
     }
-    for Piece { brick, low, high } in pieces {
-        blocks[*brick].widen_by_cut(&mut range, *low, *high);
+    for &(brick, cells) in pieces {
+        blocks[brick].widen_by_cut(&mut range, cells);
     }
     range
 }
