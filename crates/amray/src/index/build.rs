@@ -26,7 +26,7 @@ impl Index {
                 level: number as u32,
                 number: (level.first_brick() + place) as u32,
             });
-            growth.crossing.par_extend(bricks);
+            growth.crossing.par_extend(bricks.with_min_len(PARALLEL_BRICKS));
         }
         builder.grow_part(&mut growth, &faces.numbered(&domain), 0, 0, 0);
         let Tree { nodes, leaves, bricks } = growth.tree;

@@ -23,7 +23,7 @@ pub(super) fn described(index: &Index, leaves: &[Leaf]) -> Vec<Region> {
     let describe = |neighbours: &mut Vec<Neighbour>, (number, view): (usize, &View)| {
         survey.region(&leaves[number], view, meetings.of(number), neighbours)
     };
-    views.par_iter().enumerate().map_init(Vec::new, describe).collect()
+    views.par_iter().enumerate().with_min_len(PARALLEL_LEAVES).map_init(Vec::new, describe).collect()
 }
 
 /// What is known while the regions are described.
