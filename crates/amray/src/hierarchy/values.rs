@@ -12,7 +12,7 @@ use thiserror::Error;
 use super::IndexBox;
 
 /// A number type that a cell can hold.
-pub trait Voxel: Copy + Send + Sync + fmt::Debug + sealed::AnyBitPattern + 'static {
+pub trait Voxel: Copy + PartialOrd + Send + Sync + fmt::Debug + sealed::AnyBitPattern + 'static {
     /// The value as f64, exactly.
     fn to_f64(self) -> f64;
     /// The value nearest to `value`.
@@ -226,6 +226,28 @@ impl<T: Voxel> BrickValues<T> {
         [0, x, y, x + y, z, x + z, y + z, x + y + z].map(|step| unsafe { self.read(first + step) })
     }
 
+    /// The values of `N` cells in a row along x, from `cell` on.
+    ///
+    /// # Panics
+    /// Where one of the cells lies outside the brick.
+    #[inline]
+    pub fn run<const N: usize>(&self, cell: [usize; 3]) -> [T; N] {
+        assert!(
+            N <= self.size[0] && cell[0] <= self.size[0] - N && cell[1] < self.size[1] && cell[2] < self.size[2],
+            "{N} cells from {cell:?} on reach outside a brick of {:?} cells",
+            self.size
+        );
+        let first = self.distance(cell);
+        if self.stride[0] == 1 {
+            // SAFETY: the cells are inside `size` and lie one after the other; the rest as for `read`.
+            return unsafe {
+                self.buffer.start.add(self.offset).cast::<T>().add(first).cast::<[T; N]>().read_unaligned()
+            };
+        }
+        // SAFETY: the cells are inside `size`.
+        std::array::from_fn(|place| unsafe { self.read(first + place * self.stride[0]) })
+    }
+
     /// Calls `visit` with every value of `cells` (from `low`, inclusive, to `high`, exclusive), x fastest.
     ///
     /// # Panics
@@ -291,6 +313,22 @@ mod tests {
         let mut seen = Vec::new();
         brick.for_each([1, 0, 0], [2, 2, 1], |value| seen.push(value));
         assert_eq!(seen, [22.0, 26.0]);
+    }
+
+    #[test]
+    fn a_run_is_a_row_of_cells() {
+        let values: Vec<f32> = (0..64).map(|value| value as f32).collect();
+        let buffer = ValueBuffer::owned(values);
+        let rows = BrickValues::<f32>::new(buffer.clone(), 0, [1, 4, 16], [4; 3]).unwrap();
+        assert_eq!(rows.run([1, 2, 3]), [57.0, 58.0, 59.0]);
+        let columns = BrickValues::<f32>::new(buffer, 0, [16, 4, 1], [4; 3]).unwrap();
+        assert_eq!(columns.run([1, 2, 3]), [27.0, 43.0, 59.0]);
+    }
+
+    #[test]
+    #[should_panic(expected = "reach outside")]
+    fn a_run_past_the_end_is_outside() {
+        BrickValues::owned(vec![0f32; 8], [2; 3]).unwrap().run::<2>([1, 0, 0]);
     }
 
     #[test]

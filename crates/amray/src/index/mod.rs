@@ -4,7 +4,11 @@
 //! level is either one brick or nothing, so one descent answers every question about a place. All comparisons are of
 //! integer cell indices of the finest level.
 
+mod blocks;
 mod build;
+mod cut;
+mod faces;
+mod interior;
 mod leaf_cells;
 mod neighbours;
 mod query;
@@ -181,17 +185,41 @@ impl Index {
     /// Calls `visit` with every piece of a brick of `level` inside `cells` (both in cells of that level): the brick's
     /// place in [`Hierarchy::bricks`] and the piece. The pieces do not overlap.
     pub fn for_each_piece(&self, level: usize, cells: &IndexBox, visit: &mut impl FnMut(usize, IndexBox)) {
-        let finest_cells = self.hierarchy.levels()[level].finest_cells();
-        self.for_each_region_in(&cells.refined(finest_cells), &mut |region, shared| {
-            let region = &self.regions[region];
-            if region.has_level(level)
-                && let Some((_, brick)) = self.finest_brick(region, level)
-            {
-                let owned = shared.cells_starting_inside(finest_cells);
-                if !owned.is_empty() {
-                    visit(brick, owned);
+        let description = &self.hierarchy.levels()[level];
+        let shared = cells.refined(description.finest_cells()).intersection(&self.domain);
+        let mut bricks = Vec::new();
+        if !shared.is_empty() {
+            self.collect_bricks(0, level, &shared, &mut bricks);
+        }
+        // A brick that several regions show is one piece.
+        bricks.sort_unstable();
+        bricks.dedup();
+        for brick in bricks {
+            visit(brick, description.brick_at(brick).intersection(cells));
+        }
+    }
+
+    /// Appends the bricks of `level` below `node` that share cells with `cells` (of the finest level), some repeatedly.
+    fn collect_bricks(&self, mut node: usize, level: usize, cells: &IndexBox, bricks: &mut Vec<usize>) {
+        loop {
+            match self.nodes[node] {
+                Node::Leaf(region) => {
+                    let region = &self.regions[region as usize];
+                    if region.has_level(level) {
+                        bricks.extend(self.finest_brick(region, level).map(|(_, brick)| brick));
+                    }
+                    return;
+                }
+                Node::Inner { axis, plane, high } => {
+                    let (into_low, into_high) =
+                        (cells.low[usize::from(axis)] < plane, cells.high[usize::from(axis)] > plane);
+                    if into_low & into_high {
+                        self.collect_bricks(node + 1, level, cells, bricks);
+                    }
+                    // The last side is gone down without recursion.
+                    node = if into_high { high as usize } else { node + 1 };
                 }
             }
-        });
+        }
     }
 }

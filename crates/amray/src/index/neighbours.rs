@@ -1,124 +1,314 @@
 //! What surrounds each region: the levels in reach of its points, and the interior where one brick is enough.
+//!
+//! Only neighbours of different levels matter to each other, and the coarser of two reaches farther. So each region
+//! looks for what is finer, or a hole, within half a cell of its own, and those that it finds hear of it afterwards.
 
 use rayon::prelude::*;
 
+use super::build::Leaf;
+use super::interior::{Neighbour, out_of_reach};
 use super::{Index, Node, Region};
 use crate::hierarchy::{IndexBox, Level};
 
-/// Fills in what depends on neighbouring regions: levels in reach and interior.
-pub(super) fn describe_regions(index: &mut Index) {
-    let survey = Survey::new(index);
-    let described = (0..index.regions.len()).into_par_iter().map(|region| survey.described(region));
-    let regions: Vec<Region> = described.collect();
-    index.regions = regions;
+/// Parts of the tree with fewer leaves are surveyed by one thread.
+const PARALLEL_LEAVES: usize = 256;
+
+/// The regions of the tree's leaves: with the levels in reach and the interior, which depend on neighbours.
+pub(super) fn described(index: &Index, leaves: &[Leaf]) -> Vec<Region> {
+    let survey = Survey::new(index, leaves);
+    let mut views = vec![View::NONE; leaves.len()];
+    let mut descent = Descent::new(&survey, &mut views, 0);
+    descent.descend(0, &index.domain, 0);
+    let meetings = ByFiner::new(&descent.meetings, leaves.len());
+    let describe = |neighbours: &mut Vec<Neighbour>, (number, view): (usize, &View)| {
+        survey.region(&leaves[number], view, meetings.of(number), neighbours)
+    };
+    views.par_iter().enumerate().with_min_len(PARALLEL_LEAVES).map_init(Vec::new, describe).collect()
 }
 
 /// What is known while the regions are described.
 struct Survey<'a> {
     index: &'a Index,
-    /// The regions' boxes, in cells of the finest level.
-    boxes: Vec<IndexBox>,
-    /// Per node, the coarsest level that is some region's finest one: how far the regions below can reach.
+    leaves: &'a [Leaf],
+    /// Per node, the coarsest level that is the finest one of some region below it.
     coarsest: Vec<u8>,
+    /// Per node, the finest level below it. A hole counts as finer than every level: neighbours reach into it.
+    finest: Vec<u8>,
+    /// Per level, cells of the finest level per cell.
+    sizes: Vec<[i64; 3]>,
     /// Per level, how far its cells can reach from a region's box, in cells of the finest level.
     margins: Vec<[i64; 3]>,
 }
 
-/// A region beside the one that is described.
-struct Neighbour {
-    /// The space, in half cells of the finest level, in which the neighbour's cells take part.
-    reach: IndexBox,
-    /// On how many axes the neighbour lies beside the region, rather than along it.
-    apart: usize,
+/// The level of a region without any.
+const HOLE: u8 = u8::MAX;
+
+/// What a region sees of what is finer.
+#[derive(Clone)]
+struct View {
+    finest_in_reach: u8,
+    /// The interior in half cells of the finest level.
+    interior: IndexBox,
+}
+
+impl View {
+    /// What a hole sees.
+    const NONE: Self = Self { finest_in_reach: 0, interior: IndexBox::new([0; 3], [-1; 3]) };
+}
+
+/// Two leaves, the finer of which lies in reach of the coarser.
+#[derive(Clone, Copy)]
+struct Meeting {
+    finer: u32,
+    coarser: u32,
+}
+
+/// Meetings, grouped by the finer leaf.
+struct ByFiner {
+    /// Per leaf, where its meetings end.
+    ends: Vec<usize>,
+    coarser: Vec<u32>,
+}
+
+impl ByFiner {
+    fn new(meetings: &[Meeting], leaves: usize) -> Self {
+        let mut ends = vec![0usize; leaves + 1];
+        for meeting in meetings {
+            ends[meeting.finer as usize + 1] += 1;
+        }
+        for leaf in 0..leaves {
+            ends[leaf + 1] += ends[leaf];
+        }
+        // Now they are starts; each moves to its end as the list fills.
+        let mut coarser = vec![0; meetings.len()];
+        for meeting in meetings {
+            let end = &mut ends[meeting.finer as usize];
+            coarser[*end] = meeting.coarser;
+            *end += 1;
+        }
+        Self { ends, coarser }
+    }
+
+    /// The leaves that have `finer` in reach.
+    fn of(&self, finer: usize) -> &[u32] {
+        let start = finer.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.coarser[start..self.ends[finer]]
+    }
 }
 
 impl<'a> Survey<'a> {
-    fn new(index: &'a Index) -> Self {
-        let mut coarsest = vec![0; index.nodes.len()];
+    fn new(index: &'a Index, leaves: &'a [Leaf]) -> Self {
+        let nodes = index.nodes.len();
+        let (mut coarsest, mut finest) = (vec![0; nodes], vec![0; nodes]);
         // Children follow their parents.
         for (place, node) in index.nodes.iter().enumerate().rev() {
-            coarsest[place] = match *node {
-                Node::Leaf(region) => {
-                    index.regions[region as usize].finest_level().map_or(u8::MAX, |level| level as u8)
+            (coarsest[place], finest[place]) = match *node {
+                Node::Leaf(leaf) => {
+                    let level = leaves[leaf as usize].levels.checked_ilog2().map_or(HOLE, |level| level as u8);
+                    (level, level)
                 }
-                Node::Inner { high, .. } => coarsest[place + 1].min(coarsest[high as usize]),
+                Node::Inner { high, .. } => {
+                    let (low, high) = (place + 1, high as usize);
+                    (coarsest[low].min(coarsest[high]), finest[low].max(finest[high]))
+                }
             };
         }
         // Half a cell, and where a cell may be covered in part up to one more by which a box falls short of its cells.
         let halves = if index.may_cover_partly { 3 } else { 1 };
         let margin = |level: &Level| level.finest_cells().map(|cells| (halves * cells + 1) / 2);
-        let margins = index.hierarchy.levels().iter().map(margin).collect();
-        Self { index, boxes: index.region_boxes(), coarsest, margins }
-    }
-
-    /// The region with its surroundings.
-    fn described(&self, number: usize) -> Region {
-        let index = self.index;
-        let region = &index.regions[number];
-        let cells = &self.boxes[number];
-        let Some(level) = region.finest_level() else { return region.clone() };
-        let (mut coarsest_in_reach, mut finest_in_reach) = (level, level);
-        let mut neighbours = Vec::new();
-        self.for_each_neighbour(level, cells, &mut |other| {
-            let other_cells = &self.boxes[other];
-            let other = &index.regions[other];
-            let Some(other_level) = other.finest_level() else {
-                return neighbours.push(self.neighbour(level, cells, other_cells));
-            };
-            // Cells of the same level are met half a cell inside the brick's own faces.
-            if other_level == level {
-                return;
-            }
-            // In reach: nearer than half a cell of the neighbour's level.
-            if other_level < level && touches(&self.reach(other_level, other_cells), cells) {
-                coarsest_in_reach = coarsest_in_reach.min(other_level);
-            }
-            for finer in (level + 1..=other_level).filter(|&finer| other.has_level(finer)) {
-                if touches(&self.reach(finer, other_cells), cells) {
-                    finest_in_reach = finest_in_reach.max(finer);
-                }
-            }
-            // Whichever cells are larger: a fine neighbour covers cells of this level that a dual cell would touch.
-            neighbours.push(self.neighbour(level.min(other_level), cells, other_cells));
-        });
-        Region {
-            coarsest_in_reach: coarsest_in_reach as u8,
-            finest_in_reach: finest_in_reach as u8,
-            interior: interior(index, region, level, cells, neighbours),
-            ..region.clone()
+        let levels = index.hierarchy.levels();
+        Self {
+            index,
+            leaves,
+            coarsest,
+            finest,
+            sizes: levels.iter().map(Level::finest_cells).collect(),
+            margins: levels.iter().map(margin).collect(),
         }
     }
 
-    /// The region `other` beside `cells`, with the reach of cells of `level`.
-    fn neighbour(&self, level: usize, cells: &IndexBox, other: &IndexBox) -> Neighbour {
-        let apart = (0..3).filter(|&axis| other.high[axis] <= cells.low[axis] || cells.high[axis] <= other.low[axis]);
-        Neighbour { reach: self.reach(level, other), apart: apart.count() }
+    /// The number of the first leaf below a node.
+    fn first_leaf(&self, mut node: usize) -> usize {
+        loop {
+            match self.index.nodes[node] {
+                Node::Leaf(leaf) => return leaf as usize,
+                Node::Inner { .. } => node += 1,
+            }
+        }
+    }
+
+    /// The deepest node at or below `around` that holds all of the regions below `node`, in `space`, and around them
+    /// that they reach.
+    fn narrowed(&self, mut around: usize, node: usize, space: &IndexBox) -> usize {
+        let Some(margin) = self.margins.get(usize::from(self.coarsest[node])) else { return around };
+        while let Node::Inner { axis, plane, high } = self.index.nodes[around] {
+            let axis = usize::from(axis);
+            if space.high[axis] + margin[axis] <= plane {
+                around += 1;
+            } else if space.low[axis] - margin[axis] >= plane {
+                around = high as usize;
+            } else {
+                break;
+            }
+        }
+        around
     }
 
     /// A region's `cells` (of the finest level) grown by half a cell of `level`, in half cells of the finest level.
     fn reach(&self, level: usize, cells: &IndexBox) -> IndexBox {
-        let size = self.index.hierarchy.levels()[level].finest_cells();
+        let size = self.sizes[level];
         // A region's leaf cells fill its box or go on in a region of the same brick, unless one is covered in part.
         let whole = if self.index.may_cover_partly { cells.coarsened(size).refined(size) } else { *cells };
         whole.refined([2; 3]).grown(size)
     }
 
-    /// Calls `visit` with every region, also the one that is described, that may reach into its `cells` or be reached
-    /// by half a cell of its `level`.
-    fn for_each_neighbour(&self, level: usize, cells: &IndexBox, visit: &mut impl FnMut(usize)) {
-        let mut stack = vec![0];
-        while let Some(node) = stack.pop() {
-            match self.index.nodes[node] {
-                Node::Leaf(region) => visit(region as usize),
-                Node::Inner { axis, plane, high } => {
-                    let axis = usize::from(axis);
-                    let (low, high) = (node + 1, high as usize);
-                    let margin = |child: usize| self.margins[level.min(usize::from(self.coarsest[child]))][axis];
-                    if cells.high[axis] + margin(high) > plane {
-                        stack.push(high);
+    /// What the region of `leaf` would see if it reached nothing finer.
+    fn view(&self, leaf: &Leaf, level: usize) -> View {
+        let region = Region { levels: leaf.levels, first_brick: leaf.first_brick, ..Region::EMPTY };
+        let Some((_, brick)) = self.index.finest_brick(&region, level) else { return View::NONE };
+        let size = self.sizes[level];
+        let brick = self.index.hierarchy.levels()[level].brick_at(brick).refined(size).refined([2; 3]);
+        // Cells of the same level are met half a cell inside the brick's own faces.
+        let interior = brick.grown(size.map(|cells| -cells)).intersection(&leaf.cells.refined([2; 3]));
+        View { finest_in_reach: level as u8, interior }
+    }
+
+    /// The region of `leaf`, which the leaves `coarser` have in reach. `neighbours` is memory to use.
+    fn region(&self, leaf: &Leaf, view: &View, coarser: &[u32], neighbours: &mut Vec<Neighbour>) -> Region {
+        let region = Region { levels: leaf.levels, first_brick: leaf.first_brick, ..Region::EMPTY };
+        let Some(level) = region.finest_level() else { return region };
+        let mut coarsest_in_reach = level;
+        neighbours.clear();
+        for &coarser in coarser {
+            let coarser = &self.leaves[coarser as usize];
+            let coarser_level = coarser.levels.ilog2() as usize;
+            coarsest_in_reach = coarsest_in_reach.min(coarser_level);
+            let reach = self.reach(coarser_level, &coarser.cells);
+            if reach.intersects(&view.interior) {
+                neighbours.push(Neighbour::new(reach, &coarser.cells, &leaf.cells));
+            }
+        }
+        let interior = out_of_reach(view.interior, neighbours);
+        Region {
+            coarsest_in_reach: coarsest_in_reach as u8,
+            finest_in_reach: view.finest_in_reach,
+            // A flat interior would promise a dual cell to a brick that is one cell thin.
+            interior: if interior.is_empty() {
+                Region::EMPTY.interior
+            } else {
+                [interior.low, interior.high].map(|corner| corner.map(|half_cells| half_cells as f64 / 2.0))
+            },
+            ..region
+        }
+    }
+}
+
+/// A way down the tree, region by region.
+struct Descent<'a> {
+    survey: &'a Survey<'a>,
+    /// Of the leaves from the number `first` on.
+    views: &'a mut [View],
+    first: usize,
+    meetings: Vec<Meeting>,
+    /// Memory to use.
+    stack: Vec<usize>,
+    found: Vec<u32>,
+    neighbours: Vec<Neighbour>,
+}
+
+impl<'a> Descent<'a> {
+    fn new(survey: &'a Survey<'a>, views: &'a mut [View], first: usize) -> Self {
+        Self {
+            survey,
+            views,
+            first,
+            meetings: Vec::new(),
+            stack: Vec::new(),
+            found: Vec::new(),
+            neighbours: Vec::new(),
+        }
+    }
+
+    /// Surveys the regions below `node`, which fills `space`. All that they reach lies below `around`.
+    fn descend(&mut self, node: usize, space: &IndexBox, around: usize) {
+        let survey = self.survey;
+        let around = survey.narrowed(around, node, space);
+        let (axis, plane, high) = match survey.index.nodes[node] {
+            Node::Leaf(leaf) => return self.look(leaf as usize, around),
+            Node::Inner { axis, plane, high } => (usize::from(axis), plane, high as usize),
+        };
+        let (mut below, mut above) = (*space, *space);
+        below.high[axis] = plane;
+        above.low[axis] = plane;
+        if self.views.len() > PARALLEL_LEAVES {
+            let middle = survey.first_leaf(high);
+            let (low_views, high_views) = self.views.split_at_mut(middle - self.first);
+            let mut this = Descent::new(survey, low_views, self.first);
+            let mut other = Descent::new(survey, high_views, middle);
+            this.meetings = std::mem::take(&mut self.meetings);
+            rayon::join(|| this.descend(node + 1, &below, around), || other.descend(high, &above, around));
+            self.meetings = this.meetings;
+            self.meetings.append(&mut other.meetings);
+        } else {
+            self.descend(node + 1, &below, around);
+            self.descend(high, &above, around);
+        }
+    }
+
+    /// Looks at what is finer around the region of the leaf with this number.
+    fn look(&mut self, number: usize, around: usize) {
+        let survey = self.survey;
+        let leaf = &survey.leaves[number];
+        let Some(level) = leaf.levels.checked_ilog2().map(|level| level as usize) else { return };
+        let mut view = survey.view(leaf, level);
+        let own = leaf.cells.refined([2; 3]);
+        let reach = survey.reach(level, &leaf.cells);
+        self.find_finer(level, &leaf.cells.grown(survey.margins[level]), around);
+        self.neighbours.clear();
+        for &number_of_other in &self.found {
+            let other = &survey.leaves[number_of_other as usize];
+            // Whichever is finer: it covers cells of this level that a dual cell would touch.
+            let taken = survey.reach(level, &other.cells);
+            if taken.intersects(&view.interior) {
+                self.neighbours.push(Neighbour::new(taken, &other.cells, &leaf.cells));
+            }
+            // In reach: nearer than half a cell, which is the coarser region's for one and the finer's for the other.
+            if other.levels != 0 && reach.intersects(&other.cells.refined([2; 3])) {
+                self.meetings.push(Meeting { finer: number_of_other, coarser: number as u32 });
+            }
+            let more = levels_of(other.levels & (!1u64 << view.finest_in_reach));
+            let touching = { more }.find(|&level| survey.reach(level, &other.cells).intersects(&own));
+            view.finest_in_reach = touching.map_or(view.finest_in_reach, |level| level as u8);
+        }
+        view.interior = out_of_reach(view.interior, &mut self.neighbours);
+        self.views[number - self.first] = view;
+    }
+
+    /// Finds the leaves below `around` that share cells with `cells` (of the finest level) and are finer than `level`.
+    fn find_finer(&mut self, level: usize, cells: &IndexBox, around: usize) {
+        let survey = self.survey;
+        let finer = |node: usize| usize::from(survey.finest[node]) > level;
+        self.found.clear();
+        self.stack.extend(Some(around).filter(|&node| finer(node)));
+        while let Some(mut node) = self.stack.pop() {
+            loop {
+                match survey.index.nodes[node] {
+                    Node::Leaf(leaf) => {
+                        self.found.push(leaf);
+                        break;
                     }
-                    if cells.low[axis] - margin(low) < plane {
-                        stack.push(low);
+                    Node::Inner { axis, plane, high } => {
+                        let (low, high) = (node + 1, high as usize);
+                        // Which way it goes cannot be foreseen: no branch for it.
+                        let into_low = (cells.low[usize::from(axis)] < plane) & finer(low);
+                        let into_high = (cells.high[usize::from(axis)] > plane) & finer(high);
+                        if !(into_low | into_high) {
+                            break;
+                        }
+                        if into_low & into_high {
+                            self.stack.push(high);
+                        }
+                        node = if into_low { low } else { high };
                     }
                 }
             }
@@ -126,48 +316,11 @@ impl<'a> Survey<'a> {
     }
 }
 
-/// Whether a box in half cells reaches into `cells`.
-fn touches(half_cells: &IndexBox, cells: &IndexBox) -> bool {
-    half_cells.intersects(&cells.refined([2; 3]))
-}
-
-/// The largest box found inside the region that lies half a cell inside its brick and in no neighbour's reach.
-fn interior(
-    index: &Index,
-    region: &Region,
-    level: usize,
-    cells: &IndexBox,
-    mut neighbours: Vec<Neighbour>,
-) -> [[f64; 3]; 2] {
-    let Some((_, brick)) = index.finest_brick(region, level) else { return Region::EMPTY.interior };
-    let description = &index.hierarchy.levels()[level];
-    let size = description.finest_cells();
-    let brick = description.brick_at(brick).refined(size).refined([2; 3]);
-    let inside = brick.grown(size.map(|cells| -cells));
-    let mut interior = inside.intersection(&cells.refined([2; 3]));
-    // Neighbours across a face first: what they take mostly settles those across an edge or a corner.
-    neighbours.sort_by_key(|neighbour| neighbour.apart);
-    for Neighbour { reach, .. } in neighbours {
-        if (0..3).all(|axis| reach.low[axis] < interior.high[axis] && interior.low[axis] < reach.high[axis]) {
-            interior = without(&interior, &reach);
-        }
-    }
-    if interior.is_empty() {
-        // A flat interior would promise a dual cell to a brick that is one cell thin.
-        return Region::EMPTY.interior;
-    }
-    [interior.low, interior.high].map(|corner| corner.map(|half_cells| half_cells as f64 / 2.0))
-}
-
-/// The largest of the boxes that remain of `interior` on one side of `taken`.
-fn without(interior: &IndexBox, taken: &IndexBox) -> IndexBox {
-    let sides = (0..3).flat_map(|axis| {
-        let (mut below, mut above) = (*interior, *interior);
-        below.high[axis] = taken.low[axis].min(interior.high[axis]);
-        above.low[axis] = taken.high[axis].max(interior.low[axis]);
-        [below, above]
-    });
-    // As floats: the boxes may hold more cells than an integer can count.
-    let volume = |cells: &IndexBox| cells.size().iter().map(|&side| side.max(0) as f64).product::<f64>();
-    sides.max_by(|a, b| volume(a).total_cmp(&volume(b))).unwrap_or(*interior)
+/// The levels of a mask, from fine to coarse.
+fn levels_of(mut mask: u64) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let level = mask.checked_ilog2()?;
+        mask ^= 1 << level;
+        Some(level as usize)
+    })
 }

@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::blocks::{Blocks, Cells, NOTHING};
 use super::{Index, Node};
-use crate::hierarchy::{BrickValues, Field, IndexBox, Voxel, with_voxels};
+use crate::hierarchy::{Field, IndexBox, Level, Voxel, with_voxels};
 
 /// Value ranges of a field over an index. Non-finite values do not count.
 #[derive(Clone, Debug)]
@@ -13,18 +14,18 @@ pub struct ValueRanges {
     regions: Vec<[f32; 2]>,
 }
 
-const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
-
 impl ValueRanges {
     /// The ranges of `field`, which must belong to the index's hierarchy.
     pub fn build(index: &Index, field: &Field) -> Self {
-        let regions: Vec<[f32; 2]> = with_voxels!(field.values(), bricks => index
-            .region_boxes()
-            .par_iter()
-            .enumerate()
-            .map(|(region, cells)| outward(region_range(index, bricks, region, cells)))
-            .collect());
-        let mut nodes = vec![outward(NOTHING); index.nodes.len()];
+        let regions: Vec<[f32; 2]> = with_voxels!(field.values(), bricks => {
+            let blocks: Vec<_> = bricks.par_iter().map(Blocks::new).collect();
+            let of_region = |pieces: &mut Vec<(usize, Cells)>, (region, cells): (usize, &IndexBox)| {
+                find_pieces(index, region, cells, pieces);
+                range_of(&blocks, pieces)
+            };
+            index.region_boxes().par_iter().enumerate().map_init(Vec::new, of_region).collect()
+        });
+        let mut nodes = vec![NOTHING; index.nodes.len()];
         for (place, node) in index.nodes.iter().enumerate().rev() {
             nodes[place] = match *node {
                 Node::Leaf(region) => regions[region as usize],
@@ -53,74 +54,58 @@ impl ValueRanges {
     }
 }
 
-/// The range of all cells that any reconstruction can use for a point in the region.
+/// Finds all cells that any reconstruction can use for a point in the region: in which bricks, and which of theirs.
 ///
 /// From the finest level in reach down: the cells of the dual cells that the region's points can lie in. Where they
 /// are all actual, no method looks at coarser levels. Where one is virtual, its value comes from coarser cells around
 /// it, so the box to look at grows by it.
-fn region_range<T: Voxel>(index: &Index, bricks: &[BrickValues<T>], number: usize, cells: &IndexBox) -> [f64; 2] {
+fn find_pieces(index: &Index, number: usize, cells: &IndexBox, pieces: &mut Vec<(usize, Cells)>) {
+    pieces.clear();
     let region = &index.regions[number];
-    let Some(finest) = region.finest_level() else { return NOTHING };
+    let Some(finest) = region.finest_level() else { return };
     let coarsest_needed = region.coarsest_in_reach().min(finest);
-    let mut range = NOTHING;
     let mut around = *cells;
     for level in (0..=region.finest_in_reach()).rev() {
-        let dual = dual_cells(index, level, &around);
+        let description = &index.hierarchy.levels()[level];
+        let dual = dual_cells(description, &around);
         let mut actual = 0;
         index.for_each_piece(level, &dual, &mut |brick, piece| {
             actual += piece.cells();
-            widen(&mut range, index, bricks, level, brick, &piece);
+            let first = description.brick_at(brick).low;
+            let inside = |corner: [i64; 3]| std::array::from_fn(|axis| (corner[axis] - first[axis]) as usize);
+            pieces.push((brick, [piece.low, piece.high].map(inside)));
         });
         if level <= coarsest_needed && actual == dual.cells() {
             break;
         }
-        let reached = dual.refined(index.hierarchy.levels()[level].finest_cells());
+        let reached = dual.refined(description.finest_cells());
         around = IndexBox {
             low: std::array::from_fn(|axis| around.low[axis].min(reached.low[axis])),
             high: std::array::from_fn(|axis| around.high[axis].max(reached.high[axis])),
         };
     }
-    range
 }
 
-/// The corners of all dual cells of `level` around the points of `cells` (of the finest level, closed), in the domain.
-fn dual_cells(index: &Index, level: usize, cells: &IndexBox) -> IndexBox {
-    let description = &index.hierarchy.levels()[level];
-    let size = description.finest_cells();
+/// The corners of all dual cells of a level around the points of `cells` (of the finest level, closed), in the domain.
+fn dual_cells(level: &Level, cells: &IndexBox) -> IndexBox {
+    let size = level.finest_cells();
     let base = |corner: i64, axis: usize| (2 * corner - size[axis]).div_euclid(2 * size[axis]);
     let corners = IndexBox {
         low: std::array::from_fn(|axis| base(cells.low[axis], axis)),
         high: std::array::from_fn(|axis| base(cells.high[axis], axis) + 2),
     };
-    corners.intersection(&description.domain())
+    corners.intersection(&level.domain())
 }
 
-fn widen<T: Voxel>(
-    range: &mut [f64; 2],
-    index: &Index,
-    bricks: &[BrickValues<T>],
-    level: usize,
-    brick: usize,
-    piece: &IndexBox,
-) {
-    let low = index.hierarchy.levels()[level].brick_at(brick).low;
-    bricks[brick].for_each_in(low, piece, |value| {
-        let value = value.to_f64();
-        if value.is_finite() {
-            range[0] = range[0].min(value);
-            range[1] = range[1].max(value);
-        }
-    });
-}
-
-/// The range in f32, rounded outward.
-fn outward([low, high]: [f64; 2]) -> [f32; 2] {
-    let (mut near_low, mut near_high) = (low as f32, high as f32);
-    if f64::from(near_low) > low {
-        near_low = near_low.next_down();
+/// The range of the cells of all `pieces`.
+fn range_of<T: Voxel>(blocks: &[Blocks<T>], pieces: &[(usize, Cells)]) -> [f32; 2] {
+    let mut range = NOTHING;
+    // Blocks that are cut have to be looked at only where the others leave a doubt.
+    for &(brick, cells) in pieces {
+        blocks[brick].widen_by_whole(&mut range, cells);
     }
-    if f64::from(near_high) < high {
-        near_high = near_high.next_up();
+    for &(brick, cells) in pieces {
+        blocks[brick].widen_by_cut(&mut range, cells);
     }
-    [near_low, near_high]
+    range
 }
