@@ -2,11 +2,13 @@
 //! that shares no code with the index.
 
 mod brute_force;
+mod case;
 mod random_mesh;
 
 use std::path::PathBuf;
 
 pub use brute_force::BruteForce;
+pub use case::{Case, noise};
 pub use random_mesh::{RandomMesh, Shape};
 
 /// A small, fast generator of pseudo-random numbers (splitmix64), the same on every machine.

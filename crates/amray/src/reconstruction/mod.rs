@@ -49,8 +49,9 @@ impl<'a, T: Voxel> Sampler<'a, T> {
     ///
     /// The gradient is the exact derivative of the reconstructed function, weights included, also where levels meet:
     /// zero for [`Method::Nearest`]. The function has kinks where dual cells, octants and levels meet; a point on one
-    /// has the slopes of one side: mostly the high side of each axis. Where the value is not finite, outside and in
-    /// holes, the gradient is not a number, nor is a slope towards a non-finite cell.
+    /// has, along each axis, the slope towards its high side, on the domain's high boundary the one from inside. Where
+    /// the value is not finite, outside and in holes, the gradient is not a number, nor is a slope towards a non-finite
+    /// cell.
     pub fn sample_world_with_gradient(&self, point: [f64; 3]) -> ValueAndGradient {
         let Some(point) = self.cells_of_world(point) else {
             return ValueAndGradient { value: f64::NAN, gradient: [f64::NAN; 3] };
@@ -138,7 +139,7 @@ impl<'a, T: Voxel> Sampler<'a, T> {
         for axis in 0..3 {
             let size = description.finest_cells()[axis] as f64;
             let position = point[axis] / size - low[axis] as f64 - 0.5;
-            // On the interior's high face the last dual cell is used to its end.
+            // Just below the interior's high face, rounding may reach it.
             let cell = (position as usize).min(brick.size()[axis] - 2);
             base[axis] = cell;
             fraction[axis] = N::along(axis, position - cell as f64, 1.0 / size);
