@@ -54,7 +54,7 @@ fn angle(a: [f64; 3], b: [f64; 3]) -> f64 {
     dot(cross, cross).sqrt().atan2(dot(a, b)).to_degrees()
 }
 
-/// Whether all methods agree that there is no value.
+/// Whether there is neither a value nor a gradient.
 fn is_nothing(found: ValueAndGradient) -> bool {
     found.value.is_nan() && found.gradient.iter().all(|slope| slope.is_nan())
 }
@@ -94,7 +94,8 @@ proptest! {
 
     #[test]
     fn at_kinks_slopes_are_those_of_the_high_side(seed: u64) {
-        let (case, mut random) = Case::noisy(seed, Shape::any(seed));
+        let shape = Shape::any(seed);
+        let (case, mut random) = Case::noisy(seed, shape);
         let domain = case.index.domain();
         for _ in 0..60 {
             let mut point = case.hierarchy.to_cells(case.hierarchy.finest_level(), case.point(&mut random));
@@ -110,6 +111,10 @@ proptest! {
                     continue;
                 }
                 prop_assert_eq!(found.value, value, "{} at {:?}", method, point);
+                // Fine cells over holes make values jump.
+                if shape.holes && shape.improper_nesting {
+                    continue;
+                }
                 for axis in (0..3).filter(|&axis| at_kinks[axis]) {
                     let step = if point[axis] == domain.high[axis] as f64 { -MARGIN } else { MARGIN };
                     let at = |steps: f64| beside(&case, method, point, axis, steps * step) - value;
@@ -233,23 +238,32 @@ fn two_halves() -> Hierarchy {
     Hierarchy::new([0.0; 3], vec![coarse, fine]).unwrap()
 }
 
+/// How far the gradient of a linear field turns within one coarse cell of a 2:1 border, in degrees: an exact derivative
+/// is as far off as its method is. `nearest` and `finest` are flat in places, where no direction is left.
 #[test]
 fn directions_at_a_border_are_as_far_off_as_documented() {
+    const STEPS: i64 = 40;
     let case = Case::of_centers(two_halves(), linear);
-    let mut random = Random(1);
-    for method in Method::ALL {
+    let grid = IndexBox::new([-STEPS, 0, 0], [STEPS, STEPS, STEPS]);
+    for (method, mean, most) in [
+        (Method::Current, 2.1, 48.5),
+        (Method::Blend, 2.5, 41.7),
+        (Method::Basis, 4.1, 15.5),
+        (Method::Octant, 0.0, 0.0),
+        (Method::Prolong, 0.0, 0.0),
+    ] {
         let sampler = case.sampler(method);
-        let (mut mean, mut most) = (0.0, 0.0f64);
-        const COUNT: usize = 20_000;
-        for _ in 0..COUNT {
-            let off = angle(
-                sampler.sample_world_with_gradient(random.point([[7.0, 4.0, 4.0], [9.0, 12.0, 12.0]])).gradient,
-                LINEAR,
-            );
-            mean += off / COUNT as f64;
-            most = most.max(off);
+        let (mut sum, mut farthest) = (0.0, 0.0f64);
+        for place in grid.iter() {
+            let point = place.map(|index| 8.0 + (index as f64 + 0.5) / STEPS as f64);
+            let off = angle(sampler.sample_world_with_gradient(point).gradient, LINEAR);
+            sum += off;
+            farthest = farthest.max(off);
         }
-        eprintln!("{method}: {mean} {most}");
+        let found = [sum / grid.cells() as f64, farthest];
+        let tolerance = if most == 0.0 { 1e-9 } else { 0.05 };
+        let documented = (0..2).all(|i| (found[i] - [mean, most][i]).abs() <= tolerance);
+        assert!(documented, "{method}: mean and most are {found:?}");
     }
 }
 

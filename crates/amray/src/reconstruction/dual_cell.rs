@@ -7,7 +7,7 @@ use crate::index::{Found, Planes};
 
 /// One corner of a dual cell.
 pub(super) struct Corner<N> {
-    /// The weight of the corner's hat at the point; 0 only where its derivatives are wanted too.
+    /// The weight of the corner's hat at the point; 0 only where its slopes take part too.
     pub(super) hat: N,
     /// The logical cell, moved into the domain.
     pub(super) cell: [i64; 3],

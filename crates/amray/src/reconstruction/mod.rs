@@ -49,9 +49,9 @@ impl<'a, T: Voxel> Sampler<'a, T> {
     ///
     /// The gradient is the exact derivative of the reconstructed function, weights included, also where levels meet:
     /// zero for [`Method::Nearest`]. The function has kinks where dual cells, octants and levels meet; a point on one
-    /// has, along each axis, the slope towards its high side, on the domain's high boundary the one from inside. Where
-    /// the value is not finite, outside and in holes, the gradient is not a number, nor is a slope towards a non-finite
-    /// cell.
+    /// has, along each axis, the slope towards its high side, on the domain's high boundary the one from inside. (Next
+    /// to holes under fine cells values may jump at a kink; no slope there can be relied on.) Where the value is not
+    /// finite, outside and in holes, the gradient is not a number, nor is a slope towards a non-finite cell.
     pub fn sample_world_with_gradient(&self, point: [f64; 3]) -> ValueAndGradient {
         let Some(point) = self.cells_of_world(point) else {
             return ValueAndGradient { value: f64::NAN, gradient: [f64::NAN; 3] };

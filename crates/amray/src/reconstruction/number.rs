@@ -16,14 +16,14 @@ pub(super) trait Number:
     /// The number at the point itself.
     fn value(self) -> f64;
 
-    /// Whether the number is zero and stays so: what it weighs does not take part.
+    /// Whether the number is zero and does not begin to change at the point: what it weighs does not take part.
     fn is_zero(self) -> bool;
 
     /// Whether all of the number is finite.
     fn is_finite(self) -> bool;
 
-    /// `number` times this weight, which is not [zero](Self::is_zero). As far as the weight is zero, as a value or as
-    /// a derivative, the number does not take part, not even one that is not finite.
+    /// `number` times this weight, which is not [zero](Self::is_zero). Where its value or a derivative is zero all the
+    /// same, the number does not take part in that one, not even a number that is not finite.
     fn weigh(self, number: Self) -> Self;
 }
 
@@ -32,7 +32,7 @@ pub(super) trait Number:
 pub struct ValueAndGradient {
     /// The value, in the field's units.
     pub value: f64,
-    /// How much the value changes per unit of length along each axis.
+    /// How much the value changes along each axis, per unit of length.
     pub gradient: [f64; 3],
 }
 
