@@ -12,6 +12,9 @@ use proptest::prelude::*;
 /// this to one is not asked: the differences would step over it.
 const MARGIN: f64 = 0.01;
 
+/// How far apart, in cells of the finest level, are the points whose values are differenced.
+const STEP: f64 = 1e-3;
+
 const LINEAR: [f64; 3] = [1.0, 2.0, 3.0];
 
 fn linear(point: [f64; 3]) -> f64 {
@@ -79,8 +82,8 @@ proptest! {
                 }
                 prop_assert_eq!(found.value, value, "{} at {:?}", method, point);
                 for axis in 0..3 {
-                    let at = |steps: f64| beside(&case, method, cells, axis, steps * MARGIN / 2.0);
-                    let difference = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (6.0 * MARGIN);
+                    let at = |steps: f64| beside(&case, method, cells, axis, steps * STEP);
+                    let difference = (8.0 * (at(1.0) - at(-1.0)) - (at(2.0) - at(-2.0))) / (12.0 * STEP);
                     let slope = found.gradient[axis] * finest_cell_size(&case)[axis];
                     prop_assert!(
                         (slope - difference).abs() < 1e-6,
@@ -116,12 +119,12 @@ proptest! {
                     continue;
                 }
                 for axis in (0..3).filter(|&axis| at_kinks[axis]) {
-                    let step = if point[axis] == domain.high[axis] as f64 { -MARGIN } else { MARGIN };
+                    let step = if point[axis] == domain.high[axis] as f64 { -STEP } else { STEP };
                     let at = |steps: f64| beside(&case, method, point, axis, steps * step) - value;
                     let difference = (18.0 * at(1.0) - 9.0 * at(2.0) + 2.0 * at(3.0)) / (6.0 * step);
                     let slope = found.gradient[axis];
                     prop_assert!(
-                        (slope - difference).abs() < 1e-3,
+                        (slope - difference).abs() < 1e-4,
                         "{method} at {point:?}, axis {axis}: {slope} per cell, differences say {difference}"
                     );
                 }
@@ -289,6 +292,43 @@ fn where_there_is_no_value_there_is_no_gradient() {
             assert_eq!(value, 1.0, "{method}");
             assert!(gradient[0].is_nan() && gradient[1] == 0.0 && gradient[2] == 0.0, "{method}: {gradient:?}");
         }
+    }
+}
+
+#[test]
+fn corners_of_weight_zero_leave_the_value_alone() {
+    // On the centres of the last fine cells, coarse cells that are not a number begin to count.
+    let case = Case::of_centers(two_halves(), |point| if point[0] < 8.0 { linear(point) } else { f64::NAN });
+    let mut random = Random(1);
+    for _ in 0..100 {
+        let [_, y, z] = random.point([[4.0; 3], [12.0; 3]]);
+        for method in [Method::Blend, Method::Prolong] {
+            let ValueAndGradient { value, gradient } = case.sampler(method).sample_world_with_gradient([7.75, y, z]);
+            assert_eq!(value, case.sample(method, [7.75, y, z]), "{method} at {y}, {z}");
+            assert!(gradient[0].is_nan() && (gradient[1] - LINEAR[1]).abs() < 1e-9, "{method}: {gradient:?}");
+        }
+    }
+}
+
+#[test]
+fn a_level_that_begins_at_the_point_leaves_the_value_alone() {
+    // Fine cells over holes; where x = 3, the coarse cells beyond the holes begin to count.
+    let coarse = LevelDescription {
+        ratio: [1; 3],
+        cell_size: [2.0; 3],
+        domain: IndexBox::new([0; 3], [4, 2, 1]),
+        bricks: vec![IndexBox::new([2, 0, 0], [4, 2, 1])],
+    };
+    let fine = LevelDescription {
+        ratio: [2; 3],
+        cell_size: [1.0; 3],
+        domain: IndexBox::new([0; 3], [8, 4, 2]),
+        bricks: vec![IndexBox::new([0; 3], [4, 2, 2])],
+    };
+    let case = Case::of_centers(Hierarchy::new([0.0; 3], vec![coarse, fine]).unwrap(), linear);
+    for method in Method::ALL {
+        let value = case.sampler(method).sample_world_with_gradient([3.0, 1.8, 0.7]).value;
+        assert_eq!(value, case.sample(method, [3.0, 1.8, 0.7]), "{method}");
     }
 }
 
