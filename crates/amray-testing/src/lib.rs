@@ -2,12 +2,14 @@
 //! that shares no code with the index.
 
 mod brute_force;
+mod case;
 mod random_mesh;
 mod shell;
 
 use std::path::PathBuf;
 
 pub use brute_force::BruteForce;
+pub use case::{Case, noise};
 pub use random_mesh::{RandomMesh, Shape};
 pub use shell::Shell;
 

@@ -19,6 +19,13 @@ pub struct Shape {
     pub improper_nesting: bool,
 }
 
+impl Shape {
+    /// Some seeds' meshes have holes, some are nested improperly.
+    pub fn any(seed: u64) -> Self {
+        Self { holes: seed.is_multiple_of(3), improper_nesting: seed.is_multiple_of(4), ..Self::default() }
+    }
+}
+
 impl Default for Shape {
     fn default() -> Self {
         Self { levels: 4, base: [3, 7], holes: false, improper_nesting: false }

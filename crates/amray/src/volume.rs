@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::hierarchy::{Field, Hierarchy, IndexBox, Voxel, with_voxels};
 use crate::index::{Index, ValueRanges};
 use crate::padded::Padded;
-use crate::reconstruction::{Method, Sampler};
+use crate::reconstruction::{Method, Sampler, ValueAndGradient};
 
 /// One field over its index, with a reconstruction.
 #[derive(Clone, Debug)]
@@ -77,6 +77,15 @@ impl Volume {
         with_voxels!(self.field.values(), bricks => {
             let sampler = Sampler::new(&self.index, bricks, self.method);
             points.par_iter().map(|&point| sampler.sample_world(point)).collect()
+        })
+    }
+
+    /// The value and the gradient at each of the world positions, in parallel: see
+    /// [`Sampler::sample_world_with_gradient`].
+    pub fn sample_with_gradients(&self, points: &[[f64; 3]]) -> Vec<ValueAndGradient> {
+        with_voxels!(self.field.values(), bricks => {
+            let sampler = Sampler::new(&self.index, bricks, self.method);
+            points.par_iter().map(|&point| sampler.sample_world_with_gradient(point)).collect()
         })
     }
 

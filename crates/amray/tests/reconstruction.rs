@@ -1,85 +1,10 @@
 //! The properties that define the reconstructions, held on random hierarchies against a brute-force evaluation.
 
-use std::sync::Arc;
-
-use amray::hierarchy::{BrickValues, Field, FieldValues, Hierarchy, IndexBox, LevelDescription};
-use amray::index::{Index, ValueRanges};
-use amray::reconstruction::{Method, Sampler};
-use amray_testing::{BruteForce, Random, RandomMesh, Shape};
+use amray::hierarchy::{Hierarchy, IndexBox, LevelDescription};
+use amray::index::ValueRanges;
+use amray::reconstruction::Method;
+use amray_testing::{BruteForce, Case, Random, RandomMesh, Shape, noise};
 use proptest::prelude::*;
-
-/// A hierarchy, its index, and a field of f64 values.
-struct Case {
-    hierarchy: Arc<Hierarchy>,
-    index: Index,
-    field: Field,
-}
-
-impl Case {
-    fn new(hierarchy: Hierarchy, value: impl Fn(usize, [i64; 3]) -> f64) -> Self {
-        let hierarchy = Arc::new(hierarchy);
-        let field = Field::from_fn("value", &hierarchy, value);
-        Self { index: Index::build(hierarchy.clone()), hierarchy, field }
-    }
-
-    fn bricks(&self) -> &[BrickValues<f64>] {
-        match self.field.values() {
-            FieldValues::F64(bricks) => bricks,
-            FieldValues::F32(_) => unreachable!("the cases hold f64"),
-        }
-    }
-
-    fn sample(&self, method: Method, point: [f64; 3]) -> f64 {
-        Sampler::new(&self.index, self.bricks(), method).sample_world(point)
-    }
-
-    /// A point of the domain; often near a brick's face, where levels meet.
-    fn point(&self, random: &mut Random) -> [f64; 3] {
-        if random.chance(0.3) {
-            return random.point(self.hierarchy.bounds());
-        }
-        let levels = self.hierarchy.levels();
-        let level = random.integer(0, levels.len() as i64 - 1) as usize;
-        let bricks = levels[level].bricks();
-        let brick = bricks[random.integer(0, bricks.len() as i64 - 1) as usize];
-        let grown = brick.grown([1; 3]).intersection(&levels[level].domain());
-        let corners = [grown.low, grown.high].map(|corner| corner.map(|index| index as f64));
-        self.hierarchy.to_world(level, random.point(corners))
-    }
-
-    /// World positions of the leaf cells' centres, with their values.
-    fn leaf_centers(&self) -> Vec<([f64; 3], f64)> {
-        let mut centers = Vec::new();
-        for (place, brick) in self.hierarchy.bricks().enumerate() {
-            for cell in brick.cells.iter() {
-                let found = self.index.find_cell(brick.level, cell).unwrap();
-                assert_eq!((found.level, found.brick), (brick.level, place));
-                if !found.covered {
-                    let center = self.hierarchy.to_world(brick.level, cell.map(|index| index as f64 + 0.5));
-                    centers.push((center, self.field.value(place, found.cell)));
-                }
-            }
-        }
-        centers
-    }
-}
-
-/// A value that depends on nothing but the cell.
-fn noise(level: usize, [i, j, k]: [i64; 3]) -> f64 {
-    let mut random = Random(level as u64 ^ (i as u64) << 8 ^ (j as u64) << 24 ^ (k as u64) << 40);
-    random.bits();
-    random.unit()
-}
-
-fn shape(seed: u64) -> Shape {
-    Shape { holes: seed.is_multiple_of(3), improper_nesting: seed.is_multiple_of(4), ..Shape::default() }
-}
-
-fn noisy_case(seed: u64, shape: Shape) -> (Case, Random) {
-    let mut random = Random(seed);
-    let mesh = RandomMesh::new(&mut random, shape);
-    (Case::new(mesh.cut(&mut random), noise), random)
-}
 
 const CONTINUOUS: [Method; 4] = [Method::Blend, Method::Basis, Method::Octant, Method::Prolong];
 
@@ -93,7 +18,7 @@ proptest! {
 
     #[test]
     fn every_method_matches_brute_force(seed: u64) {
-        let (case, mut random) = noisy_case(seed, shape(seed));
+        let (case, mut random) = Case::noisy(seed, Shape::any(seed));
         let brute = BruteForce::new(&case.hierarchy, &case.field);
         for _ in 0..60 {
             let point = case.point(&mut random);
@@ -107,7 +32,7 @@ proptest! {
     #[test]
     fn constants_are_reproduced(seed: u64) {
         let mut random = Random(seed);
-        let case = Case::new(RandomMesh::new(&mut random, shape(seed)).cut(&mut random), |_, _| 0.7);
+        let case = Case::new(RandomMesh::new(&mut random, Shape::any(seed)).cut(&mut random), |_, _| 0.7);
         for _ in 0..50 {
             let point = case.point(&mut random);
             let inside = !case.sample(Method::Nearest, point).is_nan();
@@ -120,7 +45,7 @@ proptest! {
 
     #[test]
     fn one_level_alone_is_trilinear(seed: u64) {
-        let (case, mut random) = noisy_case(seed, Shape { levels: 1, ..Shape::default() });
+        let (case, mut random) = Case::noisy(seed, Shape { levels: 1, ..Shape::default() });
         let domain = case.hierarchy.levels()[0].domain();
         for _ in 0..50 {
             let point = random.point(case.hierarchy.bounds());
@@ -142,7 +67,7 @@ proptest! {
     #[test]
     fn continuous_methods_are_continuous(seed: u64) {
         let improper_nesting = seed.is_multiple_of(4);
-        let (case, mut random) = noisy_case(seed, Shape { improper_nesting, ..Shape::default() });
+        let (case, mut random) = Case::noisy(seed, Shape { improper_nesting, ..Shape::default() });
         prop_assume!(!improper_nesting || case.hierarchy.warnings().is_empty());
         let finest = case.hierarchy.finest_level();
         let steps = 1e-7;
@@ -168,7 +93,7 @@ proptest! {
     #[test]
     fn leaf_centers_are_interpolated(seed: u64) {
         // Without its parent level, a fine brick may end at a coarse cell's centre.
-        let (case, _) = noisy_case(seed, Shape { improper_nesting: false, ..shape(seed) });
+        let (case, _) = Case::noisy(seed, Shape { improper_nesting: false, ..Shape::any(seed) });
         for (center, value) in case.leaf_centers() {
             for method in [Method::Current, Method::Blend, Method::Octant, Method::Prolong] {
                 let found = case.sample(method, center);
@@ -183,10 +108,7 @@ proptest! {
         let mesh = RandomMesh::new(&mut random, Shape { base: [10, 12], levels: 3, ..Shape::default() });
         let hierarchy = mesh.cut(&mut random);
         let linear = |[x, y, z]: [f64; 3]| 0.3 + x - 2.0 * y + 0.5 * z;
-        let centers = hierarchy.clone();
-        let case = Case::new(hierarchy, |level, cell| {
-            linear(centers.to_world(level, cell.map(|index| index as f64 + 0.5)))
-        });
+        let case = Case::of_centers(hierarchy, linear);
         // Beyond the domain's boundary there is nothing to extrapolate from: stay as far inside as cells are copied.
         let [low, high] = case.hierarchy.bounds();
         let cell_size = case.hierarchy.levels()[0].cell_size();
@@ -204,7 +126,7 @@ proptest! {
 
     #[test]
     fn values_stay_in_the_range_of_their_region(seed: u64) {
-        let (case, mut random) = noisy_case(seed, shape(seed));
+        let (case, mut random) = Case::noisy(seed, Shape::any(seed));
         let ranges = ValueRanges::build(&case.index, &case.field);
         for _ in 0..100 {
             let point = case.point(&mut random);
@@ -224,7 +146,7 @@ proptest! {
     #[test]
     fn cutting_levels_into_other_bricks_changes_nothing(seed: u64) {
         let mut random = Random(seed);
-        let mesh = RandomMesh::new(&mut random, shape(seed));
+        let mesh = RandomMesh::new(&mut random, Shape::any(seed));
         let [first, second] = [(); 2].map(|()| Case::new(mesh.cut(&mut random), noise));
         for _ in 0..60 {
             let point = first.point(&mut random);
@@ -237,7 +159,7 @@ proptest! {
 
     #[test]
     fn coarser_levels_alone_are_what_max_level_shows(seed: u64) {
-        let (case, mut random) = noisy_case(seed, shape(seed));
+        let (case, mut random) = Case::noisy(seed, Shape::any(seed));
         let keep = random.integer(0, case.hierarchy.finest_level() as i64) as usize;
         let coarse = Case::new(case.hierarchy.truncated(keep), noise);
         let field = case.field.truncated(&coarse.hierarchy);
@@ -253,61 +175,19 @@ proptest! {
 
     #[test]
     fn mirroring_and_permuting_the_axes_changes_nothing(seed: u64) {
-        let (case, mut random) = noisy_case(seed, shape(seed));
+        let (case, mut random) = Case::noisy(seed, Shape::any(seed));
         let mirrored = random.chance(0.5);
         let shift = random.integer(0, 2) as usize;
-        let turned = turned(&case, mirrored, shift);
-        let [low, high] = case.hierarchy.bounds();
+        let turned = case.turned(mirrored, shift);
         for _ in 0..40 {
             let point = case.point(&mut random);
-            let place: [f64; 3] = std::array::from_fn(|axis| {
-                let from = (axis + shift) % 3;
-                // Mirrored at the domain's middle, in the frame where the low corner is the origin.
-                if mirrored { high[from] - point[from] } else { point[from] - low[from] }
-            });
+            let place = case.turned_point(mirrored, shift, point);
             for method in Method::ALL {
                 let (a, b) = (case.sample(method, point), turned.sample(method, place));
                 prop_assert!(close(a, b, 1e-6), "{method} at {point:?}: {a}, turned {b}");
             }
         }
     }
-}
-
-/// The case with its axes moved by `shift` and, where asked for, all of them mirrored; its low corner is the origin.
-fn turned(case: &Case, mirrored: bool, shift: usize) -> Case {
-    let levels = case.hierarchy.levels();
-    let turn_cell = |domain: IndexBox, cell: [i64; 3]| -> [i64; 3] {
-        std::array::from_fn(|axis| {
-            let from = (axis + shift) % 3;
-            if mirrored { domain.high[from] - 1 - cell[from] } else { cell[from] - domain.low[from] }
-        })
-    };
-    let turn_box = |domain: IndexBox, cells: IndexBox| {
-        let [a, b] = [cells.low, cells.high.map(|index| index - 1)].map(|cell| turn_cell(domain, cell));
-        IndexBox::new(
-            std::array::from_fn(|axis| a[axis].min(b[axis])),
-            std::array::from_fn(|axis| a[axis].max(b[axis]) + 1),
-        )
-    };
-    let descriptions = levels
-        .iter()
-        .map(|level| LevelDescription {
-            ratio: std::array::from_fn(|axis| level.ratio()[(axis + shift) % 3]),
-            cell_size: std::array::from_fn(|axis| level.cell_size()[(axis + shift) % 3]),
-            domain: turn_box(level.domain(), level.domain()),
-            bricks: level.bricks().iter().map(|&brick| turn_box(level.domain(), brick)).collect(),
-        })
-        .collect();
-    let original = |level: usize, cell: [i64; 3]| -> f64 {
-        let domain = levels[level].domain();
-        let mut source = [0; 3];
-        for axis in 0..3 {
-            let from = (axis + shift) % 3;
-            source[from] = if mirrored { domain.high[from] - 1 - cell[axis] } else { domain.low[from] + cell[axis] };
-        }
-        noise(level, source)
-    };
-    Case::new(Hierarchy::new([0.0; 3], descriptions).unwrap(), original)
 }
 
 #[test]

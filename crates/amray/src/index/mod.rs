@@ -93,11 +93,12 @@ impl Region {
         self.interior
     }
 
-    /// Whether the point (in cells of the finest level) lies in the [`interior`](Self::interior).
+    /// Whether the point (in cells of the finest level) lies in the [`interior`](Self::interior). Its high faces belong
+    /// to the dual cells that lie beyond them.
     #[inline]
     pub fn is_interior(&self, point: [f64; 3]) -> bool {
         let [low, high] = &self.interior;
-        (0..3).all(|axis| low[axis] <= point[axis] && point[axis] <= high[axis])
+        (0..3).all(|axis| low[axis] <= point[axis] && point[axis] < high[axis])
     }
 }
 

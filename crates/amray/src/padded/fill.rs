@@ -139,7 +139,7 @@ impl<T: Voxel> Filler<'_, T> {
             for (target, x) in row.iter_mut().zip(x..) {
                 let cell = [x, y, z];
                 let center = std::array::from_fn(|axis| (cell[axis] as f64 + 0.5) * size[axis] as f64);
-                let value = level.checked_sub(1).and_then(|coarser| self.sampler.prolong(coarser, center));
+                let value = level.checked_sub(1).and_then(|coarser| self.sampler.prolonged(coarser, center));
                 *target = value.map_or(f32::from_bits(HOLE), |value| self.flagged(value, 0));
             }
         });

@@ -1,41 +1,42 @@
 //! Octant: trilinear in the eighths of leaf cells, whose corners are shared by the cells that touch them.
 
 use super::Sampler;
+use super::dual_cell::{hat, linear_weights};
+use super::number::{Number, WeightedMean};
 use crate::hierarchy::Voxel;
 use crate::index::{Found, Planes};
 
 impl<T: Voxel> Sampler<'_, T> {
     /// The value in the octant of the point's leaf cell.
-    pub(super) fn octant(&self, point: [f64; 3]) -> f64 {
-        self.index.find_leaf(self.cell_of(point)).map_or(f64::NAN, |leaf| self.in_octant(&leaf, point))
+    pub(super) fn octant<N: Number>(&self, point: [f64; 3]) -> N {
+        self.index.find_leaf(self.cell_of(point)).map_or(N::constant(f64::NAN), |leaf| self.in_octant(&leaf, point))
     }
 
     /// Trilinear between the corners of the octant of `leaf` that holds the point: the cell's centre, the centres of
     /// three faces and three edges, and a vertex.
-    fn in_octant(&self, leaf: &Found, point: [f64; 3]) -> f64 {
+    fn in_octant<N: Number>(&self, leaf: &Found, point: [f64; 3]) -> N {
         let description = self.level(leaf.level);
         let size = description.finest_cells();
         let low = description.brick_at(leaf.brick).low;
         // Corners are in half cells of the finest level: [centre, outside] per axis.
         let mut corners = [[0i64; 2]; 3];
-        let mut weights = [[0.0; 2]; 3];
+        let mut weights = [[N::constant(0.0); 2]; 3];
         for axis in 0..3 {
             let center = (2 * (low[axis] + leaf.cell[axis] as i64) + 1) * size[axis];
             let offset = (2.0 * point[axis] - center as f64) / size[axis] as f64;
             let outward = if offset < 0.0 { -size[axis] } else { size[axis] };
             corners[axis] = [center, center + outward];
-            let share = offset.abs().min(1.0);
-            weights[axis] = [1.0 - share, share];
+            weights[axis] = linear_weights(axis, offset.abs().min(1.0), 2.0 / outward as f64);
         }
-        let (mut sum, mut weight) = (0.0, 0.0);
+        let mut mean = WeightedMean::new();
         for corner in 0..8usize {
-            let hat: f64 = (0..3).map(|axis| weights[axis][corner >> axis & 1]).product();
-            if hat > 0.0 {
-                sum += hat * self.octant_corner(std::array::from_fn(|axis| corners[axis][corner >> axis & 1]));
-                weight += hat;
+            let hat = hat(&weights, corner);
+            if !hat.is_zero() {
+                let place = std::array::from_fn(|axis| corners[axis][corner >> axis & 1]);
+                mean.add(hat, self.octant_corner(place));
             }
         }
-        sum / weight
+        mean.mean()
     }
 
     /// The value at an octant's corner (in half cells of the finest level), the same from whichever cell it is asked.
@@ -55,14 +56,13 @@ impl<T: Voxel> Sampler<'_, T> {
         if (0..3).any(|axis| corner[axis] % size[axis] != 0) {
             return self.in_octant(&coarsest, corner.map(|half_cells| half_cells as f64 / 2.0));
         }
-        let (mut sum, mut count) = (0.0, 0.0);
+        let mut mean = WeightedMean::new();
         self.for_each_touching(coarsest.level, corner, |touching| {
             if touching.level == coarsest.level {
-                sum += self.value(&touching);
-                count += 1.0;
+                mean.add(1.0, self.value(&touching));
             }
         });
-        sum / count
+        mean.mean()
     }
 
     /// Calls `visit` with the closest existing cell of each cell of `level` that touches the corner.
