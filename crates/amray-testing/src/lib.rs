@@ -3,11 +3,13 @@
 
 mod brute_force;
 mod random_mesh;
+mod shell;
 
 use std::path::PathBuf;
 
 pub use brute_force::BruteForce;
 pub use random_mesh::{RandomMesh, Shape};
+pub use shell::{random_packets, ray_packets, shell};
 
 /// A small, fast generator of pseudo-random numbers (splitmix64), the same on every machine.
 #[derive(Clone, Debug)]

@@ -7,6 +7,7 @@
 mod build;
 mod leaf_cells;
 mod neighbours;
+mod packet;
 mod query;
 mod ranges;
 mod walk;
@@ -15,6 +16,7 @@ use std::sync::Arc;
 
 use crate::hierarchy::{Hierarchy, IndexBox};
 
+pub(crate) use packet::{DualDescent, PacketCells, PlaneLanes, PointDescent};
 pub use query::{Found, Planes};
 pub use ranges::ValueRanges;
 pub use walk::{Ray, RegionSpan};

@@ -9,12 +9,14 @@ mod blend;
 mod dual_cell;
 mod method;
 mod octant;
+mod packet;
 mod prolong;
 
 use crate::hierarchy::{BrickValues, Level, Voxel};
 use crate::index::{Found, Index, Region};
 
 pub use method::{Method, UnknownMethod};
+pub use packet::{PacketPoints, PacketSampler, PacketSamples};
 
 /// Evaluates one method over one field.
 ///
@@ -72,6 +74,11 @@ impl<'a, T: Voxel> Sampler<'a, T> {
             }
         }
         self.evaluate(region, level, point)
+    }
+
+    /// The level of the leaf cell that contains a point of the domain; `None` in a hole.
+    fn leaf_level(&self, point: [f64; 3]) -> Option<usize> {
+        self.index.regions()[self.index.find_region(self.cell_of(point))].finest_level()
     }
 
     fn evaluate(&self, region: &Region, level: usize, point: [f64; 3]) -> f64 {

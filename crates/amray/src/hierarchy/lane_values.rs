@@ -1,0 +1,305 @@
+//! The values of one brick at sixteen cells at once, read in place.
+#![allow(unsafe_code)] // Gathers read at computed places, all of them inside what `BrickValues::new` checked.
+
+use fearless_simd::prelude::*;
+
+use super::{BrickValues, IndexBox, Voxel};
+use crate::simd::{Floats, Gather, Integers, LANES, LaneSet, mask_of};
+
+/// What turns a field's values into numbers that single precision holds well: those from `low` on become small numbers
+/// from 0 on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Normalisation {
+    /// The value that becomes 0.
+    pub low: f64,
+    /// What the distance from `low` is multiplied by.
+    pub scale: f64,
+}
+
+impl Normalisation {
+    /// The one that makes `low` 0 and `high` 1; 1 wide where there is no such range.
+    pub fn of_range([low, high]: [f64; 2]) -> Self {
+        // Halved: the range of large numbers may be beyond all numbers.
+        let half = high / 2.0 - low / 2.0;
+        let scale = 0.5 / half;
+        Self { low: if low.is_finite() { low } else { 0.0 }, scale: if scale.is_normal() { scale.abs() } else { 1.0 } }
+    }
+
+    /// The number that stands for a value.
+    #[inline]
+    pub fn apply(self, value: f64) -> f32 {
+        ((value - self.low) * self.scale) as f32
+    }
+
+    /// The value that a number stands for.
+    #[inline]
+    pub fn undo(self, number: f32) -> f64 {
+        self.low + f64::from(number) / self.scale
+    }
+}
+
+/// A number type that is read at sixteen places at once. All become normalised single precision.
+pub trait LaneVoxel: Sized {
+    /// The values at `start + index`.
+    ///
+    /// # Safety
+    /// All sixteen places must be readable; they need not be aligned.
+    unsafe fn gather<S: Gather>(
+        simd: S,
+        start: *const Self,
+        index: Integers<S>,
+        normalisation: Normalisation,
+    ) -> Floats<S>;
+
+    /// The values at `start + index` and right behind them.
+    ///
+    /// # Safety
+    /// All thirty-two places must be readable; they need not be aligned.
+    unsafe fn gather_pairs<S: Gather>(
+        simd: S,
+        start: *const Self,
+        index: Integers<S>,
+        normalisation: Normalisation,
+    ) -> [Floats<S>; 2];
+}
+
+impl LaneVoxel for f32 {
+    #[inline(always)]
+    unsafe fn gather<S: Gather>(
+        simd: S,
+        start: *const f32,
+        index: Integers<S>,
+        normalisation: Normalisation,
+    ) -> Floats<S> {
+        // SAFETY: the caller vouches for all places.
+        normalised(unsafe { simd.gather(start, index) }, normalisation)
+    }
+
+    #[inline(always)]
+    unsafe fn gather_pairs<S: Gather>(
+        simd: S,
+        start: *const f32,
+        index: Integers<S>,
+        normalisation: Normalisation,
+    ) -> [Floats<S>; 2] {
+        // SAFETY: the caller vouches for all places.
+        let [first, second] = unsafe { simd.gather_pairs(start, index) };
+        [normalised(first, normalisation), normalised(second, normalisation)]
+    }
+}
+
+impl LaneVoxel for f64 {
+    #[inline(always)]
+    unsafe fn gather<S: Gather>(
+        simd: S,
+        start: *const f64,
+        index: Integers<S>,
+        normalisation: Normalisation,
+    ) -> Floats<S> {
+        // SAFETY: the caller vouches for all places.
+        unsafe { simd.gather_scaled(start, index, normalisation.low, normalisation.scale) }
+    }
+
+    #[inline(always)]
+    unsafe fn gather_pairs<S: Gather>(
+        simd: S,
+        start: *const f64,
+        index: Integers<S>,
+        normalisation: Normalisation,
+    ) -> [Floats<S>; 2] {
+        let Normalisation { low, scale } = normalisation;
+        // SAFETY: the caller vouches for all places.
+        unsafe {
+            [simd.gather_scaled(start, index, low, scale), simd.gather_scaled(start.wrapping_add(1), index, low, scale)]
+        }
+    }
+}
+
+/// In double precision: offsets much larger than the range cost no digits.
+#[inline(always)]
+fn normalised<S: Gather>(values: Floats<S>, Normalisation { low, scale }: Normalisation) -> Floats<S> {
+    let (first, second) = values.widen();
+    ((first - low) * scale).narrow((second - low) * scale)
+}
+
+/// One brick's values, with what kernels need of its geometry side by side.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LaneValues<'a, T> {
+    start: *const T,
+    /// The brick's low corner, from the domain's low corner on.
+    low: [i32; 3],
+    /// The last cell per axis, from the brick's low corner on.
+    last: [i32; 3],
+    /// The distance between neighbouring cells per axis, in values.
+    stride: [i32; 3],
+    layout: Layout,
+    values: &'a BrickValues<T>,
+}
+
+/// How a brick can be read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Layout {
+    /// Neighbours along x lie side by side.
+    Pairs,
+    /// At distances within 32 bits.
+    Near,
+    /// At distances beyond.
+    Far,
+}
+
+// SAFETY: `start` is where the values of `values` start, which is Send and Sync; they are only read.
+unsafe impl<T: Voxel> Send for LaneValues<'_, T> {}
+// SAFETY: as above; shared reads need no synchronisation.
+unsafe impl<T: Voxel> Sync for LaneValues<'_, T> {}
+
+impl<'a, T: Voxel> LaneValues<'a, T> {
+    /// The values of the brick `cells` of a level whose domain starts at `domain_low`. Indices from the domain's low
+    /// corner on must fit in 32 bits.
+    pub(crate) fn new(values: &'a BrickValues<T>, cells: &IndexBox, domain_low: [i64; 3]) -> Self {
+        let last = values.size().map(|size| size.saturating_sub(1));
+        let reach = |axis: usize| last[axis].saturating_mul(values.stride()[axis]);
+        let farthest = (0..3).fold(0, |sum: usize, axis| sum.saturating_add(reach(axis)));
+        let layout = match values.stride()[0] {
+            _ if farthest > i32::MAX as usize || values.size().contains(&0) => Layout::Far,
+            1 if last[0] > 0 => Layout::Pairs,
+            _ => Layout::Near,
+        };
+        let near = |number: usize| if layout == Layout::Far { 0 } else { number as i32 };
+        Self {
+            start: values.start(),
+            low: std::array::from_fn(|axis| (cells.low[axis] - domain_low[axis]) as i32),
+            last: last.map(|cell| i32::try_from(cell).unwrap_or(i32::MAX)),
+            // No step is ever taken along an axis with one cell, whose stride may be any number.
+            stride: std::array::from_fn(|axis| if last[axis] == 0 { 0 } else { near(values.stride()[axis]) }),
+            layout,
+            values,
+        }
+    }
+
+    /// The brick's low corner, from the domain's low corner on.
+    #[inline(always)]
+    pub(crate) fn low(&self) -> [i32; 3] {
+        self.low
+    }
+
+    /// The last cell per axis, from the brick's low corner on.
+    #[inline(always)]
+    pub(crate) fn last(&self) -> [i32; 3] {
+        self.last
+    }
+
+    /// The values of `lanes` at the crossings of two planes per axis, cells of this brick's level from the domain's low
+    /// corner on: `corners` tells for each crossing (x + 2 y + 4 z, 0 low and 1 high per axis) which lanes' `values` to
+    /// replace. Cells outside the brick are moved to its nearest ones.
+    #[inline(always)]
+    pub(crate) fn read_corners<S: Gather>(
+        &self,
+        simd: S,
+        cells: &[[Integers<S>; 2]; 3],
+        corners: &[LaneSet; 8],
+        normalisation: Normalisation,
+        values: &mut [Floats<S>; 8],
+    ) {
+        if self.layout == Layout::Far {
+            return self.read_far(simd, cells, corners, normalisation, values);
+        }
+        let zero = Integers::splat(simd, 0);
+        let mut distances = [[zero; 2]; 3];
+        for axis in 0..3 {
+            for side in 0..2 {
+                let cell = cells[axis][side] - self.low[axis];
+                distances[axis][side] = cell.max(zero).min(Integers::splat(simd, self.last[axis])) * self.stride[axis];
+            }
+        }
+        for corner in 0..8 {
+            if corners[corner] != 0 {
+                let place = distances[0][corner & 1] + distances[1][corner >> 1 & 1] + distances[2][corner >> 2];
+                let mask = mask_of(simd, corners[corner]);
+                // Other lanes stay at one place, which costs no memory traffic.
+                let place = mask.select(place, zero);
+                // SAFETY: all lanes are at cells inside the brick.
+                let found = unsafe { T::gather(simd, self.start, place, normalisation) };
+                values[corner] = mask.select(found, values[corner]);
+            }
+        }
+    }
+
+    /// The values at one cell a lane, counted from the brick's low corner; cells outside the brick are moved to its
+    /// nearest ones.
+    #[inline(always)]
+    pub(crate) fn read<S: Gather>(
+        &self,
+        simd: S,
+        cells: &[Integers<S>; 3],
+        lanes: LaneSet,
+        normalisation: Normalisation,
+    ) -> Floats<S> {
+        let mut values = [Floats::splat(simd, 0.0); 8];
+        let cells = std::array::from_fn(|axis| [cells[axis] + self.low[axis]; 2]);
+        self.read_corners(simd, &cells, &[lanes, 0, 0, 0, 0, 0, 0, 0], normalisation, &mut values);
+        values[0]
+    }
+
+    /// The values of the 2x2x2 cells from `base` on, counted from the brick's low corner, x fastest. Where they reach
+    /// outside the brick they are moved into it.
+    #[inline(always)]
+    pub(crate) fn read_dual<S: Gather>(
+        &self,
+        simd: S,
+        base: &[Integers<S>; 3],
+        lanes: LaneSet,
+        normalisation: Normalisation,
+    ) -> [Floats<S>; 8] {
+        let zero = Integers::splat(simd, 0);
+        if self.layout != Layout::Pairs {
+            let mut values = [Floats::splat(simd, 0.0); 8];
+            let cells = std::array::from_fn(|axis| {
+                let low = base[axis] + self.low[axis];
+                [low, low + 1]
+            });
+            self.read_corners(simd, &cells, &[lanes; 8], normalisation, &mut values);
+            return values;
+        }
+        let mut place = zero;
+        for axis in 0..3 {
+            let highest = Integers::splat(simd, (self.last[axis] - 1).max(0));
+            place += base[axis].max(zero).min(highest) * self.stride[axis];
+        }
+        let place = mask_of(simd, lanes).select(place, zero);
+        let [_, y, z] = self.stride;
+        let mut values = [Floats::splat(simd, 0.0); 8];
+        for (edge, step) in [0, y, z, y + z].into_iter().enumerate() {
+            // SAFETY: all lanes are at cells inside the brick, and so are their next neighbours: `place` is at most the
+            // last but one per axis, and along an axis with one cell alone no step is taken (along x there are more).
+            let [low, high] =
+                unsafe { T::gather_pairs(simd, self.start.wrapping_add(step as usize), place, normalisation) };
+            values[2 * edge] = low;
+            values[2 * edge + 1] = high;
+        }
+        values
+    }
+
+    /// Lane by lane.
+    #[inline(never)]
+    fn read_far<S: Gather>(
+        &self,
+        simd: S,
+        cells: &[[Integers<S>; 2]; 3],
+        corners: &[LaneSet; 8],
+        normalisation: Normalisation,
+        values: &mut [Floats<S>; 8],
+    ) {
+        let size = self.values.size();
+        for (corner, &lanes) in corners.iter().enumerate() {
+            let mut found = *values[corner];
+            for lane in (0..LANES).filter(|lane| lanes >> lane & 1 == 1) {
+                let cell = std::array::from_fn(|axis| {
+                    let cell = cells[axis][corner >> axis & 1][lane].saturating_sub(self.low[axis]);
+                    (cell.max(0) as usize).min(size[axis].saturating_sub(1))
+                });
+                found[lane] = normalisation.apply(self.values.get(cell).to_f64());
+            }
+            values[corner] = Floats::from_slice(simd, &found);
+        }
+    }
+}
