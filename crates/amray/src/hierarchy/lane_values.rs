@@ -224,8 +224,8 @@ impl<'a, T: Voxel> LaneValues<'a, T> {
         }
     }
 
-    /// The values at one cell a lane, counted from the brick's low corner; cells outside the brick are moved to its
-    /// nearest ones.
+    /// The values at one cell a lane, from the domain's low corner on; cells outside the brick are moved to its nearest
+    /// ones.
     #[inline(always)]
     pub(crate) fn read<S: Gather>(
         &self,
@@ -235,7 +235,8 @@ impl<'a, T: Voxel> LaneValues<'a, T> {
         normalisation: Normalisation,
     ) -> Floats<S> {
         let mut values = [Floats::splat(simd, 0.0); 8];
-        let cells = std::array::from_fn(|axis| [cells[axis] + self.low[axis]; 2]);
+        let [x, y, z] = *cells;
+        let cells = [[x; 2], [y; 2], [z; 2]];
         self.read_corners(simd, &cells, &[lanes, 0, 0, 0, 0, 0, 0, 0], normalisation, &mut values);
         values[0]
     }
@@ -253,10 +254,11 @@ impl<'a, T: Voxel> LaneValues<'a, T> {
         let zero = Integers::splat(simd, 0);
         if self.layout != Layout::Pairs {
             let mut values = [Floats::splat(simd, 0.0); 8];
-            let cells = std::array::from_fn(|axis| {
+            let mut cells = [[zero; 2]; 3];
+            for axis in 0..3 {
                 let low = base[axis] + self.low[axis];
-                [low, low + 1]
-            });
+                cells[axis] = [low, low + 1];
+            }
             self.read_corners(simd, &cells, &[lanes; 8], normalisation, &mut values);
             return values;
         }

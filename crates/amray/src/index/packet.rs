@@ -63,17 +63,24 @@ impl PointDescent {
 pub(crate) struct PlaneLanes(pub(crate) [[LaneSet; 2]; 3]);
 
 impl PlaneLanes {
-    /// The lanes that look at a corner (x + 2 y + 4 z, 0 low and 1 high per axis).
+    /// The lanes that look at each corner (x + 2 y + 4 z, 0 low and 1 high per axis).
     #[inline(always)]
-    pub(crate) fn corner(&self, corner: usize) -> LaneSet {
-        self.0[0][corner & 1] & self.0[1][corner >> 1 & 1] & self.0[2][corner >> 2]
+    pub(crate) fn corners(&self) -> [LaneSet; 8] {
+        let [x, y, z] = self.0;
+        let mut corners = [0; 8];
+        for (corner, lanes) in corners.iter_mut().enumerate() {
+            *lanes = x[corner & 1] & y[corner >> 1 & 1] & z[corner >> 2];
+        }
+        corners
     }
 
     /// The same with other planes across `axis`.
     #[inline(always)]
     fn with(mut self, axis: usize, planes: [LaneSet; 2]) -> Self {
         let alive = planes[0] | planes[1];
-        self.0 = self.0.map(|planes| planes.map(|lanes| lanes & alive));
+        for lanes in self.0.as_flattened_mut() {
+            *lanes &= alive;
+        }
         self.0[axis] = planes;
         self
     }

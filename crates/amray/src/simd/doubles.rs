@@ -20,6 +20,15 @@ impl<S: Gather> Doubles<S> {
     }
 
     #[inline(always)]
+    pub(crate) fn from_integers(simd: S, numbers: Integers<S>) -> Self {
+        let mut doubles = [0.0; LANES];
+        for lane in 0..LANES {
+            doubles[lane] = f64::from(numbers[lane]);
+        }
+        Self::load(simd, &doubles)
+    }
+
+    #[inline(always)]
     pub(crate) fn store(self) -> [f64; LANES] {
         let [low, high] = self.0;
         std::array::from_fn(|lane| if lane < LANES / 2 { low[lane] } else { high[lane - LANES / 2] })

@@ -69,16 +69,15 @@ impl<T: Voxel> PacketSampler<'_, T> {
                 in_domain.0[axis][side] = lanes_of(cell.simd_eq(cells[axis][side]));
             }
         }
-        let corners = |planes: &PlaneLanes| std::array::from_fn(|corner| planes.corner(corner));
         let mut dual = DualCells {
             share,
             cells,
             values: [nothing; 8],
-            weighty: corners(&planes),
+            weighty: planes.corners(),
             existing: [0; 8],
             actual: [0; 8],
             uncovered: [0; 8],
-            in_domain: corners(&in_domain),
+            in_domain: in_domain.corners(),
         };
         self.read_dual_cells(simd, level, planes, &centers, &mut dual);
         dual
@@ -99,14 +98,18 @@ impl<T: Voxel> PacketSampler<'_, T> {
         while let Some((region, planes)) = descent.next(simd, self.index, centers) {
             let region = &self.index.regions()[region];
             let Some((found, brick)) = self.index.finest_brick(region, level) else { continue };
-            let here: [LaneSet; 8] = std::array::from_fn(|corner| planes.corner(corner));
+            let here = planes.corners();
             let brick = &self.bricks[brick];
             if found == level {
                 brick.read_corners(simd, &dual.cells, &here, self.normalisation, &mut dual.values);
             } else {
                 let lattice = &self.levels[found];
-                let cells: [[Integers<S>; 2]; 3] =
-                    std::array::from_fn(|axis| [0, 1].map(|side| lattice.holding(simd, axis, centers[axis][side])));
+                let mut cells = *centers;
+                for axis in 0..3 {
+                    for side in 0..2 {
+                        cells[axis][side] = lattice.holding(simd, axis, centers[axis][side]);
+                    }
+                }
                 brick.read_corners(simd, &cells, &here, self.normalisation, &mut dual.values);
             }
             let covered = region.finest_level() > Some(level);
@@ -131,15 +134,24 @@ impl<S: Gather> DualCells<S> {
     #[inline(always)]
     pub(super) fn hats(&self, simd: S) -> [Floats<S>; 8] {
         let one = Floats::splat(simd, 1.0);
-        let [x, y, z] = self.share.map(|share| [one - share, share]);
-        std::array::from_fn(|corner| x[corner & 1] * y[corner >> 1 & 1] * z[corner >> 2])
+        let [x, y, z] = self.share;
+        let [x, y, z] = [[one - x, x], [one - y, y], [one - z, z]];
+        let mut hats = [one; 8];
+        for (corner, hat) in hats.iter_mut().enumerate() {
+            *hat = x[corner & 1] * y[corner >> 1 & 1] * z[corner >> 2];
+        }
+        hats
     }
 
     /// The weight that the corners of these lanes carry.
     #[inline(always)]
     pub(super) fn weight(&self, simd: S, corners: &[LaneSet; 8]) -> Floats<S> {
         let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
-        mix(corners.map(|lanes| mask_of(simd, lanes).select(one, zero)), self.share)
+        let mut counted = [zero; 8];
+        for (counted, &lanes) in counted.iter_mut().zip(corners) {
+            *counted = mask_of(simd, lanes).select(one, zero);
+        }
+        mix(counted, self.share)
     }
 
     /// The hat-weighted mean of the corners that exist; NaN where none does.
@@ -151,19 +163,29 @@ impl<S: Gather> DualCells<S> {
 
     #[inline(always)]
     pub(super) fn lerp(&self, simd: S) -> Lerp<S> {
-        let any_actual = self.actual.iter().fold(0, |any, lanes| any | lanes);
         let virtual_corners = self.virtual_corners();
         let mut actual = Floats::splat(simd, 1.0);
         if virtual_corners != 0 {
             let all = mask_of(simd, !virtual_corners);
             actual = all.select(actual, self.weight(simd, &self.actual));
         }
-        Lerp { values: self.mean(simd), actual, any_actual }
+        Lerp { values: self.mean(simd), actual, any_actual: self.any_actual() }
+    }
+
+    /// The lanes with corners that are actual cells.
+    #[inline(always)]
+    pub(super) fn any_actual(&self) -> LaneSet {
+        let [a, b, c, d, e, f, g, h] = self.actual;
+        a | b | c | d | e | f | g | h
     }
 
     /// The lanes with corners of weight that are no actual cells.
     #[inline(always)]
     pub(super) fn virtual_corners(&self) -> LaneSet {
-        (0..8).fold(0, |lanes, corner| lanes | (self.weighty[corner] & !self.actual[corner]))
+        let mut lanes = 0;
+        for corner in 0..8 {
+            lanes |= self.weighty[corner] & !self.actual[corner];
+        }
+        lanes
     }
 }

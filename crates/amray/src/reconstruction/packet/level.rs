@@ -37,7 +37,7 @@ impl PacketLevel {
         self.last[axis]
     }
 
-    /// Half cells of the finest level per half cell of this one.
+    /// Cells of the finest level per cell of this one.
     #[inline(always)]
     pub(super) fn size(&self, axis: usize) -> i32 {
         self.size[axis]

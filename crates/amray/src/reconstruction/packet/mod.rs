@@ -130,8 +130,13 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
     pub(crate) fn sample<S: Gather>(&self, simd: S, points: &PacketPoints, active: Mask<S>) -> Samples<S> {
         let lanes = lanes_of(active);
         let none = Integers::splat(simd, -1);
+        let [x, y, z] = self.domain;
         let mut packet = Packet {
-            points: std::array::from_fn(|axis| Doubles::load(simd, &points[axis]).clamp(simd, self.domain[axis])),
+            points: [
+                Doubles::load(simd, &points[0]).clamp(simd, x),
+                Doubles::load(simd, &points[1]).clamp(simd, y),
+                Doubles::load(simd, &points[2]).clamp(simd, z),
+            ],
             values: Floats::splat(simd, f32::NAN),
             levels: none,
             reach: [none; 2],
@@ -224,12 +229,14 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
     /// The cells of the finest level that hold the points.
     #[inline(always)]
     fn cells<S: Gather>(&self, simd: S, packet: &Packet<S>) -> PacketCells<S> {
-        std::array::from_fn(|axis| {
+        let mut cells = [Integers::splat(simd, 0); 3];
+        for axis in 0..3 {
             let [low, high] = self.domain[axis];
             let (cell, _) = packet.points[axis].scaled(simd, low, 1.0, 0.0).split(simd);
             // The domain's high boundary belongs to its last cells.
-            cell.min(Integers::splat(simd, (high - low) as i32 - 1))
-        })
+            cells[axis] = cell.min(Integers::splat(simd, (high - low) as i32 - 1));
+        }
+        cells
     }
 
     /// The values of the leaf cells that hold the points.
@@ -244,8 +251,11 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
     ) -> Floats<S> {
         let Some((_, brick)) = self.index.finest_brick(region, level) else { return Floats::splat(simd, f32::NAN) };
         let brick = &self.bricks[brick];
-        let cells = std::array::from_fn(|axis| self.levels[level].holding(simd, axis, cells[axis]) - brick.low()[axis]);
-        brick.read(simd, &cells, lanes, self.normalisation)
+        let mut leaf = *cells;
+        for axis in 0..3 {
+            leaf[axis] = self.levels[level].holding(simd, axis, cells[axis]);
+        }
+        brick.read(simd, &leaf, lanes, self.normalisation)
     }
 
     /// Trilinear interpolation in the region's finest brick, around points of the region's interior.
@@ -277,7 +287,11 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
 #[inline(always)]
 fn interior<S: Gather>(simd: S, region: &Region, packet: &Packet<S>) -> LaneSet {
     let [low, high] = region.interior();
-    (0..3).fold(LaneSet::MAX, |lanes, axis| lanes & packet.points[axis].within(simd, [low[axis], high[axis]]))
+    let mut lanes = LaneSet::MAX;
+    for axis in 0..3 {
+        lanes &= packet.points[axis].within(simd, [low[axis], high[axis]]);
+    }
+    lanes
 }
 
 /// Trilinear interpolation between eight corners, x fastest; `share` is that of the high side.
