@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use amray::hierarchy::{
-    BrickValues, Field, FieldValues, Hierarchy, IndexBox, LevelDescription, Normalisation, ValueBuffer, Voxel,
+    BrickValues, FieldValues, Hierarchy, IndexBox, LevelDescription, Normalisation, ValueBuffer, Voxel,
 };
 use amray::index::Index;
 use amray::reconstruction::{Method, PacketPoints, PacketSampler, PacketSamples, Sampler};

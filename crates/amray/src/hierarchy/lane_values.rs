@@ -3,40 +3,8 @@
 
 use fearless_simd::prelude::*;
 
-use super::{BrickValues, IndexBox, Voxel};
+use super::{BrickValues, IndexBox, Normalisation, Voxel};
 use crate::simd::{Floats, Gather, Integers, LANES, LaneSet, mask_of};
-
-/// What turns a field's values into numbers that single precision holds well: those from `low` on become small numbers
-/// from 0 on.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Normalisation {
-    /// The value that becomes 0.
-    pub low: f64,
-    /// What the distance from `low` is multiplied by.
-    pub scale: f64,
-}
-
-impl Normalisation {
-    /// The one that makes `low` 0 and `high` 1; 1 wide where there is no such range.
-    pub fn of_range([low, high]: [f64; 2]) -> Self {
-        // Halved: the range of large numbers may be beyond all numbers.
-        let half = high / 2.0 - low / 2.0;
-        let scale = 0.5 / half;
-        Self { low: if low.is_finite() { low } else { 0.0 }, scale: if scale.is_normal() { scale.abs() } else { 1.0 } }
-    }
-
-    /// The number that stands for a value.
-    #[inline]
-    pub fn apply(self, value: f64) -> f32 {
-        ((value - self.low) * self.scale) as f32
-    }
-
-    /// The value that a number stands for.
-    #[inline]
-    pub fn undo(self, number: f32) -> f64 {
-        self.low + f64::from(number) / self.scale
-    }
-}
 
 /// A number type that is read at sixteen places at once. All become normalised single precision.
 pub trait LaneVoxel: Sized {

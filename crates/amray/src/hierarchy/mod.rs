@@ -6,6 +6,7 @@ mod error;
 mod field;
 mod index_box;
 mod lane_values;
+mod normalisation;
 mod overlap;
 mod restrict;
 mod validation;
@@ -16,7 +17,7 @@ pub(crate) use field::with_voxels;
 pub use field::{Field, FieldError, FieldValues};
 pub use index_box::IndexBox;
 pub(crate) use lane_values::LaneValues;
-pub use lane_values::Normalisation;
+pub use normalisation::Normalisation;
 pub use values::{BrickValues, OutOfBuffer, Residence, ValueBuffer, Voxel, VoxelType, contiguous_strides};
 
 /// Levels of bricks over one domain.

@@ -125,6 +125,25 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
         set.run(Packets { sampler: self, packets, samples });
     }
 
+    /// The normalised values at any number of points, which `to_cells` turns into cells of the finest level.
+    pub(crate) fn sample_points(&self, points: &[[f64; 3]], to_cells: impl Fn([f64; 3]) -> [f64; 3]) -> Vec<f32> {
+        let packets: Vec<PacketPoints> = points
+            .chunks(LANES)
+            .map(|points| {
+                let mut packet = [[0.0; LANES]; 3];
+                for (lane, &point) in points.iter().enumerate() {
+                    for (axis, position) in to_cells(point).into_iter().enumerate() {
+                        packet[axis][lane] = position;
+                    }
+                }
+                packet
+            })
+            .collect();
+        let mut samples = vec![PacketSamples { values: [0.0; LANES], levels: [0; LANES] }; packets.len()];
+        self.sample_packets(InstructionSet::best(), &packets, &mut samples);
+        samples.iter().flat_map(|samples| samples.values).take(points.len()).collect()
+    }
+
     /// The normalised values at the `active` points, which are moved into the domain.
     #[inline(always)]
     pub(crate) fn sample<S: Gather>(&self, simd: S, points: &PacketPoints, active: Mask<S>) -> Samples<S> {
