@@ -74,6 +74,12 @@ impl PlaneLanes {
         corners
     }
 
+    /// The lanes that look at any corner.
+    #[inline(always)]
+    pub(crate) fn lanes(&self) -> LaneSet {
+        self.0[0][0] | self.0[0][1]
+    }
+
     /// The same with other planes across `axis`.
     #[inline(always)]
     fn with(mut self, axis: usize, planes: [LaneSet; 2]) -> Self {
@@ -94,17 +100,12 @@ pub(crate) struct DualDescent {
 }
 
 impl DualDescent {
-    /// Nothing to visit.
+    /// The descent of the planes that each lane looks at.
     #[inline(always)]
-    pub(crate) fn new() -> Self {
-        Self { waiting: [(0, PlaneLanes::default()); 8 * LANES], count: 0 }
-    }
-
-    /// Starts with the planes that each lane looks at.
-    #[inline(always)]
-    pub(crate) fn start(&mut self, planes: PlaneLanes) {
-        self.waiting[0] = (0, planes);
-        self.count = 1;
+    pub(crate) fn new(planes: PlaneLanes) -> Self {
+        let mut waiting = [(0, PlaneLanes::default()); 8 * LANES];
+        waiting[0].1 = planes;
+        Self { waiting, count: 1 }
     }
 
     /// The next region and the planes whose crossings with others lie in it. `centers` holds where the low and the high
@@ -144,9 +145,9 @@ impl DualDescent {
 }
 
 impl Index {
-    /// Whether packets can go down the tree: their cells are counted in 32 bits.
+    /// Whether packets can go down the tree: half cells are counted in 32 bits.
     pub(crate) fn fits_packets(&self) -> bool {
-        self.domain.size().iter().all(|&cells| cells <= i64::from(i32::MAX))
+        self.domain.size().iter().all(|&cells| 2 * cells <= i64::from(i32::MAX))
     }
 
     /// Whether a cell may be covered in part.

@@ -9,7 +9,7 @@ use crate::index::{DualDescent, PlaneLanes};
 use crate::simd::{Doubles, Floats, Gather, Integers, LaneSet, lanes_of, mask_of};
 
 /// Beside 1, single precision does not see weights up to this one.
-const NO_WEIGHT: f32 = f32::EPSILON / 2.0;
+pub(super) const NO_WEIGHT: f32 = f32::EPSILON / 2.0;
 
 /// What is known of dual cells. Corners count x + 2 y + 4 z, 0 low and 1 high per axis; sets of lanes are per corner.
 pub(super) struct DualCells<S: Gather> {
@@ -53,8 +53,7 @@ impl<T: Voxel> PacketSampler<'_, T> {
     ) -> DualCells<S> {
         let lattice = &self.levels[level];
         let (zero, nothing) = (Integers::splat(simd, 0), Floats::splat(simd, 0.0));
-        let (mut cells, mut centers) = ([[zero; 2]; 3], [[zero; 2]; 3]);
-        let mut share = [nothing; 3];
+        let (mut cells, mut share) = ([[zero; 2]; 3], [nothing; 3]);
         let (mut planes, mut in_domain) = (PlaneLanes::default(), PlaneLanes::default());
         for axis in 0..3 {
             let position = points[axis].scaled(simd, self.domain[axis][0], lattice.scale(axis), -0.5);
@@ -64,53 +63,60 @@ impl<T: Voxel> PacketSampler<'_, T> {
             for side in 0..2 {
                 let cell = base + side as i32;
                 cells[axis][side] = cell.max(zero).min(Integers::splat(simd, lattice.last(axis)));
-                centers[axis][side] = lattice.center(axis, cells[axis][side]);
                 planes.0[axis][side] = lanes & lanes_of(weighty[side]);
                 in_domain.0[axis][side] = lanes_of(cell.simd_eq(cells[axis][side]));
             }
         }
-        let mut dual = DualCells {
-            share,
-            cells,
-            values: [nothing; 8],
-            weighty: planes.corners(),
-            existing: [0; 8],
-            actual: [0; 8],
-            uncovered: [0; 8],
-            in_domain: in_domain.corners(),
-        };
-        self.read_dual_cells(simd, level, planes, &centers, &mut dual);
+        let mut dual = self.read_dual_cells(simd, level, share, cells, planes);
+        dual.in_domain = in_domain.corners();
         dual
     }
 
-    /// Finds and reads the corners where the `planes` meet, which run through `centers`.
+    /// Finds and reads the `cells` of `level` where the `planes` through them meet; those that are looked at lie in the
+    /// domain.
     #[inline(always)]
-    fn read_dual_cells<S: Gather>(
+    pub(super) fn read_dual_cells<S: Gather>(
         &self,
         simd: S,
         level: usize,
+        share: [Floats<S>; 3],
+        cells: [[Integers<S>; 2]; 3],
         planes: PlaneLanes,
-        centers: &[[Integers<S>; 2]; 3],
-        dual: &mut DualCells<S>,
-    ) {
-        let mut descent = DualDescent::new();
-        descent.start(planes);
-        while let Some((region, planes)) = descent.next(simd, self.index, centers) {
+    ) -> DualCells<S> {
+        let weighty = planes.corners();
+        let mut dual = DualCells {
+            share,
+            cells,
+            values: [Floats::splat(simd, 0.0); 8],
+            weighty,
+            existing: [0; 8],
+            actual: [0; 8],
+            uncovered: [0; 8],
+            in_domain: weighty,
+        };
+        let mut centers = cells;
+        for axis in 0..3 {
+            for side in 0..2 {
+                centers[axis][side] = self.levels[level].center(axis, cells[axis][side]);
+            }
+        }
+        let mut descent = DualDescent::new(planes);
+        while let Some((region, planes)) = descent.next(simd, self.index, &centers) {
             let region = &self.index.regions()[region];
             let Some((found, brick)) = self.index.finest_brick(region, level) else { continue };
             let here = planes.corners();
             let brick = &self.bricks[brick];
             if found == level {
-                brick.read_corners(simd, &dual.cells, &here, self.normalisation, &mut dual.values);
+                brick.read_corners(simd, &cells, &here, self.normalisation, &mut dual.values);
             } else {
                 let lattice = &self.levels[found];
-                let mut cells = *centers;
+                let mut coarser = centers;
                 for axis in 0..3 {
                     for side in 0..2 {
-                        cells[axis][side] = lattice.holding(simd, axis, centers[axis][side]);
+                        coarser[axis][side] = lattice.holding(simd, axis, centers[axis][side]);
                     }
                 }
-                brick.read_corners(simd, &cells, &here, self.normalisation, &mut dual.values);
+                brick.read_corners(simd, &coarser, &here, self.normalisation, &mut dual.values);
             }
             let covered = region.finest_level() > Some(level);
             for corner in 0..8 {
@@ -119,6 +125,7 @@ impl<T: Voxel> PacketSampler<'_, T> {
                 dual.uncovered[corner] |= if found == level && !covered { here[corner] } else { 0 };
             }
         }
+        dual
     }
 
     /// Takes the trilinear values of `level` for `lanes`.
