@@ -4,7 +4,41 @@
 use fearless_simd::prelude::*;
 
 use super::{BrickValues, IndexBox, Normalisation, Voxel};
-use crate::simd::{Floats, Gather, Integers, LANES, LaneSet, mask_of};
+use crate::simd::{Floats, Gather, Integers, LANES, LaneSet, lanes_of, mask_of};
+
+/// A normalisation as kernels apply it.
+#[derive(Clone, Copy, Debug)]
+pub struct LaneNormalisation {
+    double: Normalisation,
+    /// Nearest to the double one's.
+    low: f32,
+    scale: f32,
+    /// What `low` is off by, normalised: with it, an offset much larger than the range costs no digits.
+    shift: f32,
+}
+
+impl LaneNormalisation {
+    pub(crate) fn new(double: Normalisation) -> Self {
+        let low = double.low as f32;
+        Self { double, low, scale: double.scale as f32, shift: double.apply(f64::from(low)) }
+    }
+
+    /// Whether it can be applied to values of a type: single precision must hold it for those of single precision.
+    pub(crate) fn serves<T>(&self) -> bool {
+        size_of::<T>() > size_of::<f32>() || self.low.is_finite() && self.scale.is_normal() && self.shift.is_finite()
+    }
+
+    /// The number that stands for a value.
+    pub(crate) fn of_value(&self, value: f64) -> f32 {
+        self.double.apply(value)
+    }
+
+    /// The difference of single-precision values is exact beside itself.
+    #[inline(always)]
+    fn apply<S: Gather>(&self, simd: S, values: Floats<S>) -> Floats<S> {
+        (values - self.low).mul_add(Floats::splat(simd, self.scale), Floats::splat(simd, self.shift))
+    }
+}
 
 /// A number type that is read at sixteen places at once. All become normalised single precision.
 pub trait LaneVoxel: Sized {
@@ -16,7 +50,7 @@ pub trait LaneVoxel: Sized {
         simd: S,
         start: *const Self,
         index: Integers<S>,
-        normalisation: Normalisation,
+        normalisation: &LaneNormalisation,
     ) -> Floats<S>;
 
     /// The values at `start + index` and right behind them.
@@ -27,7 +61,7 @@ pub trait LaneVoxel: Sized {
         simd: S,
         start: *const Self,
         index: Integers<S>,
-        normalisation: Normalisation,
+        normalisation: &LaneNormalisation,
     ) -> [Floats<S>; 2];
 }
 
@@ -37,10 +71,10 @@ impl LaneVoxel for f32 {
         simd: S,
         start: *const f32,
         index: Integers<S>,
-        normalisation: Normalisation,
+        normalisation: &LaneNormalisation,
     ) -> Floats<S> {
         // SAFETY: the caller vouches for all places.
-        normalised(unsafe { simd.gather(start, index) }, normalisation)
+        normalisation.apply(simd, unsafe { simd.gather(start, index) })
     }
 
     #[inline(always)]
@@ -48,11 +82,11 @@ impl LaneVoxel for f32 {
         simd: S,
         start: *const f32,
         index: Integers<S>,
-        normalisation: Normalisation,
+        normalisation: &LaneNormalisation,
     ) -> [Floats<S>; 2] {
         // SAFETY: the caller vouches for all places.
         let [first, second] = unsafe { simd.gather_pairs(start, index) };
-        [normalised(first, normalisation), normalised(second, normalisation)]
+        [normalisation.apply(simd, first), normalisation.apply(simd, second)]
     }
 }
 
@@ -62,10 +96,10 @@ impl LaneVoxel for f64 {
         simd: S,
         start: *const f64,
         index: Integers<S>,
-        normalisation: Normalisation,
+        normalisation: &LaneNormalisation,
     ) -> Floats<S> {
         // SAFETY: the caller vouches for all places.
-        unsafe { simd.gather_scaled(start, index, normalisation.low, normalisation.scale) }
+        unsafe { simd.gather_scaled(start, index, normalisation.double.low, normalisation.double.scale) }
     }
 
     #[inline(always)]
@@ -73,21 +107,14 @@ impl LaneVoxel for f64 {
         simd: S,
         start: *const f64,
         index: Integers<S>,
-        normalisation: Normalisation,
+        normalisation: &LaneNormalisation,
     ) -> [Floats<S>; 2] {
-        let Normalisation { low, scale } = normalisation;
+        let Normalisation { low, scale } = normalisation.double;
         // SAFETY: the caller vouches for all places.
         unsafe {
             [simd.gather_scaled(start, index, low, scale), simd.gather_scaled(start.wrapping_add(1), index, low, scale)]
         }
     }
-}
-
-/// In double precision: offsets much larger than the range cost no digits.
-#[inline(always)]
-fn normalised<S: Gather>(values: Floats<S>, Normalisation { low, scale }: Normalisation) -> Floats<S> {
-    let (first, second) = values.widen();
-    ((first - low) * scale).narrow((second - low) * scale)
 }
 
 /// One brick's values, with what kernels need of its geometry side by side.
@@ -165,7 +192,7 @@ impl<'a, T: Voxel> LaneValues<'a, T> {
         simd: S,
         cells: &[[Integers<S>; 2]; 3],
         corners: &[LaneSet; 8],
-        normalisation: Normalisation,
+        normalisation: &LaneNormalisation,
         values: &mut [Floats<S>; 8],
     ) {
         if self.layout == Layout::Far {
@@ -175,19 +202,38 @@ impl<'a, T: Voxel> LaneValues<'a, T> {
         let mut distances = [[zero; 2]; 3];
         for axis in 0..3 {
             for side in 0..2 {
-                let cell = cells[axis][side] - self.low[axis];
-                distances[axis][side] = cell.max(zero).min(Integers::splat(simd, self.last[axis])) * self.stride[axis];
+                distances[axis][side] = self.distance(simd, axis, cells[axis][side]);
             }
         }
-        for corner in 0..8 {
-            if corners[corner] != 0 {
-                let place = distances[0][corner & 1] + distances[1][corner >> 1 & 1] + distances[2][corner >> 2];
-                let mask = mask_of(simd, corners[corner]);
+        let neighbours = (distances[0][1] - distances[0][0]).simd_eq(Integers::splat(simd, 1));
+        let single = if self.layout == Layout::Pairs { !lanes_of(neighbours) } else { LaneSet::MAX };
+        for edge in 0..4 {
+            let (low, high) = (2 * edge, 2 * edge + 1);
+            let both = corners[low] | corners[high];
+            if both == 0 {
+                continue;
+            }
+            let row = distances[1][edge & 1] + distances[2][edge >> 1];
+            if corners[low] & corners[high] & !single == both {
                 // Other lanes stay at one place, which costs no memory traffic.
-                let place = mask.select(place, zero);
-                // SAFETY: all lanes are at cells inside the brick.
-                let found = unsafe { T::gather(simd, self.start, place, normalisation) };
-                values[corner] = mask.select(found, values[corner]);
+                let mask = mask_of(simd, both);
+                let place = mask.select(row + distances[0][0], zero);
+                // SAFETY: all lanes are at cells inside the brick whose next neighbours along x are inside, too: the
+                // others are at the first cell, and there are more than one along x.
+                let found = unsafe { T::gather_pairs(simd, self.start, place, normalisation) };
+                values[low] = mask.select(found[0], values[low]);
+                values[high] = mask.select(found[1], values[high]);
+                continue;
+            }
+            for side in 0..2 {
+                let corner = low + side;
+                if corners[corner] != 0 {
+                    let mask = mask_of(simd, corners[corner]);
+                    let place = mask.select(row + distances[0][side], zero);
+                    // SAFETY: all lanes are at cells inside the brick.
+                    let found = unsafe { T::gather(simd, self.start, place, normalisation) };
+                    values[corner] = mask.select(found, values[corner]);
+                }
             }
         }
     }
@@ -200,13 +246,26 @@ impl<'a, T: Voxel> LaneValues<'a, T> {
         simd: S,
         cells: &[Integers<S>; 3],
         lanes: LaneSet,
-        normalisation: Normalisation,
+        normalisation: &LaneNormalisation,
     ) -> Floats<S> {
-        let mut values = [Floats::splat(simd, 0.0); 8];
         let [x, y, z] = *cells;
-        let cells = [[x; 2], [y; 2], [z; 2]];
-        self.read_corners(simd, &cells, &[lanes, 0, 0, 0, 0, 0, 0, 0], normalisation, &mut values);
-        values[0]
+        if self.layout == Layout::Far {
+            let mut values = [Floats::splat(simd, 0.0); 8];
+            self.read_far(simd, &[[x; 2], [y; 2], [z; 2]], &[lanes, 0, 0, 0, 0, 0, 0, 0], normalisation, &mut values);
+            return values[0];
+        }
+        let place = self.distance(simd, 0, x) + self.distance(simd, 1, y) + self.distance(simd, 2, z);
+        let place = mask_of(simd, lanes).select(place, Integers::splat(simd, 0));
+        // SAFETY: all lanes are at cells inside the brick.
+        unsafe { T::gather(simd, self.start, place, normalisation) }
+    }
+
+    /// How far the value of a cell, from the domain's low corner on, is from the first one's along an axis; cells outside
+    /// the brick are moved to its nearest ones.
+    #[inline(always)]
+    fn distance<S: Gather>(&self, simd: S, axis: usize, cells: Integers<S>) -> Integers<S> {
+        let last = Integers::splat(simd, self.last[axis]);
+        (cells - self.low[axis]).max(Integers::splat(simd, 0)).min(last) * self.stride[axis]
     }
 
     /// The values of the 2x2x2 cells from `base` on, counted from the brick's low corner, x fastest. Where they reach
@@ -217,7 +276,7 @@ impl<'a, T: Voxel> LaneValues<'a, T> {
         simd: S,
         base: &[Integers<S>; 3],
         lanes: LaneSet,
-        normalisation: Normalisation,
+        normalisation: &LaneNormalisation,
     ) -> [Floats<S>; 8] {
         let zero = Integers::splat(simd, 0);
         if self.layout != Layout::Pairs {
@@ -256,7 +315,7 @@ impl<'a, T: Voxel> LaneValues<'a, T> {
         simd: S,
         cells: &[[Integers<S>; 2]; 3],
         corners: &[LaneSet; 8],
-        normalisation: Normalisation,
+        normalisation: &LaneNormalisation,
         values: &mut [Floats<S>; 8],
     ) {
         let size = self.values.size();
@@ -267,7 +326,7 @@ impl<'a, T: Voxel> LaneValues<'a, T> {
                     let cell = cells[axis][corner >> axis & 1][lane].saturating_sub(self.low[axis]);
                     (cell.max(0) as usize).min(size[axis].saturating_sub(1))
                 });
-                found[lane] = normalisation.apply(self.values.get(cell).to_f64());
+                found[lane] = normalisation.of_value(self.values.get(cell).to_f64());
             }
             values[corner] = Floats::from_slice(simd, &found);
         }

@@ -16,7 +16,7 @@ pub use error::{HierarchyError, HierarchyWarning};
 pub(crate) use field::with_voxels;
 pub use field::{Field, FieldError, FieldValues};
 pub use index_box::IndexBox;
-pub(crate) use lane_values::LaneValues;
+pub(crate) use lane_values::{LaneNormalisation, LaneValues};
 pub use normalisation::Normalisation;
 pub use values::{BrickValues, OutOfBuffer, Residence, ValueBuffer, Voxel, VoxelType, contiguous_strides};
 

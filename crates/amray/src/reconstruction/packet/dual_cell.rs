@@ -107,7 +107,7 @@ impl<T: Voxel> PacketSampler<'_, T> {
             let here = planes.corners();
             let brick = &self.bricks[brick];
             if found == level {
-                brick.read_corners(simd, &cells, &here, self.normalisation, &mut dual.values);
+                brick.read_corners(simd, &cells, &here, &self.normalisation, &mut dual.values);
             } else {
                 let lattice = &self.levels[found];
                 let mut coarser = centers;
@@ -116,7 +116,7 @@ impl<T: Voxel> PacketSampler<'_, T> {
                         coarser[axis][side] = lattice.holding(simd, axis, centers[axis][side]);
                     }
                 }
-                brick.read_corners(simd, &coarser, &here, self.normalisation, &mut dual.values);
+                brick.read_corners(simd, &coarser, &here, &self.normalisation, &mut dual.values);
             }
             let covered = region.finest_level() > Some(level);
             for corner in 0..8 {

@@ -16,7 +16,7 @@ mod prolong;
 use fearless_simd::prelude::*;
 
 use super::{Method, Sampler};
-use crate::hierarchy::{BrickValues, LaneValues, Normalisation, Voxel};
+use crate::hierarchy::{BrickValues, LaneNormalisation, LaneValues, Normalisation, Voxel};
 use crate::index::{Index, PacketCells, PointDescent, Region};
 use crate::simd::{Doubles, Floats, Gather, InstructionSet, Integers, Kernel, LANES, LaneSet, Mask, lanes_of, mask_of};
 
@@ -32,9 +32,10 @@ pub type PacketPoints = [[f64; LANES]; 3];
 #[derive(Clone, Debug)]
 pub struct PacketSampler<'a, T> {
     index: &'a Index,
+    /// None where the reference has to do all.
     levels: Vec<PacketLevel>,
     bricks: Vec<LaneValues<'a, T>>,
-    normalisation: Normalisation,
+    normalisation: LaneNormalisation,
     reference: Sampler<'a, T>,
     /// Where the domain begins and ends per axis, in cells of the finest level.
     domain: [[f64; 2]; 3],
@@ -77,17 +78,15 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
     pub fn new(index: &'a Index, bricks: &'a [BrickValues<T>], method: Method, normalisation: Normalisation) -> Self {
         let hierarchy = index.hierarchy();
         assert_eq!(bricks.len(), hierarchy.brick_count(), "values of as many bricks as there are");
+        let normalisation = LaneNormalisation::new(normalisation);
         let (mut levels, mut lane_values) = (Vec::new(), Vec::new());
-        // Domains of more cells than 32 bits count are left to the reference.
-        if index.fits_packets() {
+        // What 32 bits cannot hold is left to the reference.
+        if index.fits_packets() && normalisation.serves::<T>() {
             levels = hierarchy.levels().iter().map(PacketLevel::new).collect();
-            lane_values = hierarchy
-                .bricks()
-                .zip(bricks)
-                .map(|(brick, values)| {
-                    LaneValues::new(values, &brick.cells, hierarchy.levels()[brick.level].domain().low)
-                })
-                .collect();
+            let domain_low = |level: usize| hierarchy.levels()[level].domain().low;
+            let bricks = hierarchy.bricks().zip(bricks);
+            lane_values =
+                bricks.map(|(brick, values)| LaneValues::new(values, &brick.cells, domain_low(brick.level))).collect();
         }
         let [low, high] = [index.domain().low, index.domain().high].map(|corner| corner.map(|cell| cell as f64));
         Self {
@@ -238,7 +237,7 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
         let (mut values, mut levels) = (*packet.values, *packet.levels);
         for lane in (0..LANES).filter(|lane| lanes >> lane & 1 == 1) {
             let point = points.map(|axis| axis[lane]);
-            values[lane] = self.normalisation.apply(self.reference.sample(point));
+            values[lane] = self.normalisation.of_value(self.reference.sample(point));
             levels[lane] = self.reference.leaf_level(point).map_or(-1, |level| level as i32);
         }
         packet.values = Floats::from_slice(simd, &values);
@@ -274,7 +273,7 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
         for axis in 0..3 {
             leaf[axis] = self.levels[level].holding(simd, axis, cells[axis]);
         }
-        brick.read(simd, &leaf, lanes, self.normalisation)
+        brick.read(simd, &leaf, lanes, &self.normalisation)
     }
 
     /// Trilinear interpolation in the region's finest brick, around points of the region's interior.
@@ -298,7 +297,7 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
             let end = f64::from(brick.last()[axis]).next_down();
             (base[axis], share[axis]) = position.clamp(simd, [0.0, end]).split(simd);
         }
-        mix(brick.read_dual(simd, &base, lanes, self.normalisation), share)
+        mix(brick.read_dual(simd, &base, lanes, &self.normalisation), share)
     }
 }
 
