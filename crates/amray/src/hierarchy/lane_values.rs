@@ -332,3 +332,93 @@ impl<'a, T: Voxel> LaneValues<'a, T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use memmap2::MmapOptions;
+
+    use super::*;
+    use crate::hierarchy::ValueBuffer;
+    use crate::simd::{InstructionSet, Kernel};
+
+    /// Reads dual cells around `base` in all the ways there are.
+    struct Reads<'a> {
+        brick: LaneValues<'a, f32>,
+        base: [[i32; LANES]; 3],
+    }
+
+    impl Kernel for Reads<'_> {
+        type Output = [[f32; LANES]; 17];
+        fn run<S: Gather>(self, simd: S) -> Self::Output {
+            let normalisation = LaneNormalisation::new(Normalisation { low: 0.0, scale: 1.0 });
+            let base = self.base.map(|cells| Integers::from_slice(simd, &cells));
+            let cells = base.map(|low| [low, low + 1]);
+            let mut corners = [Floats::splat(simd, f32::NAN); 8];
+            self.brick.read_corners(simd, &cells, &[LaneSet::MAX; 8], &normalisation, &mut corners);
+            let dual = self.brick.read_dual(simd, &base, LaneSet::MAX, &normalisation);
+            let single = self.brick.read(simd, &base, LaneSet::MAX, &normalisation);
+            std::array::from_fn(|place| match place {
+                0..8 => *corners[place],
+                8..16 => *dual[place - 8],
+                _ => *single,
+            })
+        }
+    }
+
+    #[test]
+    fn distances_beyond_32_bits_are_read() {
+        // Memory that is never touched but at eight places.
+        let (size, stride) = ([2usize, 2, 2], [1usize, 1 << 20, 3 << 30]);
+        let bytes = ((3usize << 30) + (1 << 20) + 2) * size_of::<f32>();
+        let mut map = MmapOptions::new().len(bytes).no_reserve_swap().map_anon().unwrap();
+        for corner in 0..8usize {
+            let place = (0..3).map(|axis| (corner >> axis & 1) * stride[axis]).sum::<usize>() * size_of::<f32>();
+            map[place..place + 4].copy_from_slice(&(corner as f32).to_ne_bytes());
+        }
+        let buffer = ValueBuffer::mapped(Arc::new(map.make_read_only().unwrap()));
+        let values = BrickValues::<f32>::new(buffer, 0, stride, size).unwrap();
+        let brick = LaneValues::new(&values, &IndexBox::new([0; 3], [2; 3]), [0; 3]);
+        assert_eq!(brick.layout, Layout::Far);
+        for set in InstructionSet::available() {
+            let found = set.run(Reads { brick, base: [[0; LANES]; 3] });
+            for (place, found) in found.into_iter().enumerate() {
+                assert_eq!(found, [(place % 8) as f32; LANES], "{}", set.name());
+            }
+        }
+    }
+
+    #[test]
+    fn cells_outside_are_moved_into_the_brick() {
+        let count = |size: [usize; 3]| size.iter().product::<usize>();
+        for (size, stride) in
+            [([3, 2, 4], [1, 3, 6]), ([3, 2, 4], [8, 4, 1]), ([1, 2, 3], [1, 1, 2]), ([2, 1, 1], [1, 7, 9])]
+        {
+            let values = BrickValues::new(
+                ValueBuffer::owned((0..count(size)).map(|value| value as f32).collect::<Vec<_>>()),
+                0,
+                stride,
+                size,
+            );
+            let values = values.unwrap();
+            let low = [5i64, -3, 2];
+            let cells = IndexBox::new(low, std::array::from_fn(|axis| low[axis] + size[axis] as i64));
+            let brick = LaneValues::new(&values, &cells, [-4; 3]);
+            let far = 1 << 30;
+            let places = [-far, -70, -1, 0, 1, 2, 3, 4, 9, 10, 11, 12, 13, 80, far - 1, far];
+            let base = [places, std::array::from_fn(|lane| places[(lane * 7) % LANES]), places];
+            for set in InstructionSet::available() {
+                let found = set.run(Reads { brick, base });
+                for lane in 0..LANES {
+                    let cell: [usize; 3] = std::array::from_fn(|axis| {
+                        let inside = i64::from(base[axis][lane]) - (low[axis] + 4);
+                        inside.clamp(0, size[axis] as i64 - 1) as usize
+                    });
+                    assert_eq!(found[16][lane], values.get(cell), "{} at {cell:?}", set.name());
+                    assert_eq!(found[0][lane], values.get(cell), "{} at {cell:?}", set.name());
+                }
+            }
+        }
+    }
+}

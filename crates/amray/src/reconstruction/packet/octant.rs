@@ -240,7 +240,7 @@ impl<S: Gather> Octant<S> {
             }
         }
         for corner in 0..8 {
-            sums[corner] = sums[corner] / counts[corner];
+            sums[corner] /= counts[corner];
         }
         sums
     }
