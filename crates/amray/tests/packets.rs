@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
+use amray::Volume;
 use amray::hierarchy::{
-    BrickValues, FieldValues, Hierarchy, IndexBox, LevelDescription, Normalisation, ValueBuffer, Voxel,
+    BrickValues, Field, FieldValues, Hierarchy, IndexBox, LevelDescription, Normalisation, ValueBuffer, Voxel,
 };
 use amray::index::Index;
 use amray::reconstruction::{Method, PacketPoints, PacketSampler, PacketSamples, Sampler};
@@ -216,5 +217,30 @@ fn values_are_read_where_they_are() {
         let case = Case { index: Index::build(Arc::new(hierarchy)), bricks };
         let packets = case.packets(&mut Random(7), 20);
         case.check(UNIT, &packets).unwrap();
+    }
+}
+
+#[test]
+fn volumes_are_sampled_like_points_one_by_one() {
+    let hierarchy = Arc::new(nested_cubes(4));
+    // One cell is far beyond what single precision holds.
+    let field = Field::from_fn("value", &hierarchy, |level, cell| {
+        if (level, cell) == (0, [6, 1, 1]) { 1e200 } else { 1e9 + noise(level, cell) }
+    });
+    let FieldValues::F64(bricks) = field.values().clone() else { unreachable!("the field was made of f64") };
+    let index = Arc::new(Index::build(hierarchy));
+    let mut random = Random(3);
+    let mut points: Vec<[f64; 3]> = (0..3000).map(|_| random.point([[-0.1; 3], [1.1; 3]])).collect();
+    points.extend([[0.0; 3], [1.0; 3], [0.8, 0.2, 0.2], [f64::NAN; 3], [f64::INFINITY, 0.5, 0.5]]);
+    for method in Method::ALL {
+        let reference = Sampler::new(&index, &bricks, method);
+        let volume = Volume::new(index.clone(), field.clone(), method);
+        for (&point, found) in points.iter().zip(volume.sample(&points)) {
+            let expected = reference.sample_world(point);
+            // Of the range, which is 1 but where the large cell takes part.
+            let tolerance = if expected > 2e9 { 1e-5 * expected } else { 1e-5 };
+            let same = (found - expected).abs() < tolerance || found.is_nan() && expected.is_nan();
+            assert!(same, "{method} at {point:?}: {found}, not {expected}");
+        }
     }
 }
