@@ -3,6 +3,7 @@
 
 mod brute_force;
 mod case;
+mod explosion;
 mod random_mesh;
 mod shell;
 
@@ -10,6 +11,7 @@ use std::path::PathBuf;
 
 pub use brute_force::BruteForce;
 pub use case::{Case, noise};
+pub use explosion::{explosion, random_packets, ray_packets};
 pub use random_mesh::{RandomMesh, Shape};
 pub use shell::Shell;
 

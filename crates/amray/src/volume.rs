@@ -4,10 +4,13 @@ use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
-use crate::hierarchy::{Field, Hierarchy, IndexBox, Voxel, with_voxels};
+use crate::hierarchy::{Field, Hierarchy, IndexBox, Normalisation, Voxel, with_voxels};
 use crate::index::{Index, ValueRanges};
 use crate::padded::Padded;
-use crate::reconstruction::{Method, Sampler, ValueAndGradient};
+use crate::reconstruction::{Method, PacketSampler, Sampler, ValueAndGradient};
+
+/// Points that a thread samples at a time.
+const CHUNK: usize = 1024;
 
 /// One field over its index, with a reconstruction.
 #[derive(Clone, Debug)]
@@ -74,10 +77,35 @@ impl Volume {
 
     /// The value at each of the world positions, in parallel; NaN outside the domain and in holes.
     pub fn sample(&self, points: &[[f64; 3]]) -> Vec<f64> {
+        let mut values = vec![0.0; points.len()];
+        self.sample_at(&mut values, |number| points[number]);
+        values
+    }
+
+    /// Puts the value at the world position `point(i)` into place `i` of `values`, in parallel.
+    pub(crate) fn sample_at(&self, values: &mut [f64], point: impl Fn(usize) -> [f64; 3] + Sync) {
+        let hierarchy = self.hierarchy();
+        let [low, high] = hierarchy.bounds();
+        let finest = hierarchy.finest_level();
         with_voxels!(self.field.values(), bricks => {
-            let sampler = Sampler::new(&self.index, bricks, self.method);
-            points.par_iter().map(|&point| sampler.sample_world(point)).collect()
-        })
+            let normalisation = Normalisation::probe(bricks);
+            let packets = PacketSampler::new(&self.index, bricks, self.method, normalisation);
+            let reference = Sampler::new(&self.index, bricks, self.method);
+            values.par_chunks_mut(CHUNK).enumerate().for_each(|(chunk, values)| {
+                let points: Vec<[f64; 3]> = (0..values.len()).map(|place| point(chunk * CHUNK + place)).collect();
+                let samples = packets.sample_points(&points, |point| hierarchy.to_cells(finest, point));
+                for ((value, sample), point) in values.iter_mut().zip(samples).zip(points) {
+                    // Compared in world units, so that the very corners that `bounds` reports are inside.
+                    let inside = (0..3).all(|axis| (low[axis]..=high[axis]).contains(&point[axis]));
+                    *value = match sample {
+                        _ if !inside => f64::NAN,
+                        sample if sample.is_finite() => normalisation.undo(sample),
+                        // Perhaps a value far from all that the normalisation has seen.
+                        _ => reference.sample_world(point),
+                    };
+                }
+            });
+        });
     }
 
     /// The value and the gradient at each of the world positions, in parallel: see

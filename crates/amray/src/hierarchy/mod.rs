@@ -5,6 +5,8 @@
 mod error;
 mod field;
 mod index_box;
+mod lane_values;
+mod normalisation;
 mod overlap;
 mod restrict;
 mod validation;
@@ -14,6 +16,8 @@ pub use error::{HierarchyError, HierarchyWarning};
 pub(crate) use field::with_voxels;
 pub use field::{Field, FieldError, FieldValues};
 pub use index_box::IndexBox;
+pub(crate) use lane_values::{LaneNormalisation, LaneValues};
+pub use normalisation::Normalisation;
 pub use values::{BrickValues, OutOfBuffer, Residence, ValueBuffer, Voxel, VoxelType, contiguous_strides};
 
 /// Levels of bricks over one domain.

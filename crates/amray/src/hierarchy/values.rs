@@ -10,9 +10,10 @@ use memmap2::Mmap;
 use thiserror::Error;
 
 use super::IndexBox;
+use super::lane_values::LaneVoxel;
 
 /// A number type that a cell can hold.
-pub trait Voxel: Copy + PartialOrd + Send + Sync + fmt::Debug + sealed::AnyBitPattern + 'static {
+pub trait Voxel: Copy + PartialOrd + Send + Sync + fmt::Debug + sealed::AnyBitPattern + LaneVoxel + 'static {
     /// The value as f64, exactly.
     fn to_f64(self) -> f64;
     /// The value nearest to `value`.
@@ -187,6 +188,16 @@ impl<T: Voxel> BrickValues<T> {
     /// Cells per axis.
     pub fn size(&self) -> [usize; 3] {
         self.size
+    }
+
+    /// The distance between neighbouring cells per axis, in values.
+    pub fn stride(&self) -> [usize; 3] {
+        self.stride
+    }
+
+    /// Where the value of the brick's first cell lies; it need not be aligned.
+    pub(super) fn start(&self) -> *const T {
+        self.buffer.start.wrapping_add(self.offset).cast()
     }
 
     /// Where the values live.

@@ -11,6 +11,7 @@ mod faces;
 mod interior;
 mod leaf_cells;
 mod neighbours;
+mod packet;
 mod query;
 mod ranges;
 mod walk;
@@ -19,6 +20,7 @@ use std::sync::Arc;
 
 use crate::hierarchy::{Hierarchy, IndexBox};
 
+pub(crate) use packet::{DualDescent, PacketCells, PlaneLanes, PointDescent};
 pub use query::{Found, Planes};
 pub use ranges::ValueRanges;
 pub use walk::{Ray, RegionSpan};

@@ -188,7 +188,7 @@ impl Evaluator<'_> {
                 return 0.0;
             }
             let point = std::array::from_fn(|axis| (f64::from(point[axis][lane]) + region.low[axis]) * size[axis]);
-            self.field.normalization.to_unit((self.reference)(number, point)) as f32
+            self.field.normalisation.apply((self.reference)(number, point))
         });
         Floats::from_slice(simd, &values)
     }

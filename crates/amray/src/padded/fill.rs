@@ -2,14 +2,14 @@
 
 use rayon::prelude::*;
 
-use super::{FLAG, HOLE, NOT_FINITE, Normalization, Padding};
-use crate::hierarchy::{Brick, IndexBox, Voxel};
+use super::{FLAG, HOLE, NOT_FINITE, Padding};
+use crate::hierarchy::{Brick, IndexBox, Normalisation, Voxel};
 use crate::reconstruction::Sampler;
 
 /// Fills all bricks, each between two of `starts`; returns whether all values are finite.
 pub(super) fn fill<T: Voxel>(
     sampler: &Sampler<T>,
-    normalization: Normalization,
+    normalisation: Normalisation,
     padding: Padding,
     starts: &[usize],
     values: &mut [f32],
@@ -21,7 +21,7 @@ pub(super) fn fill<T: Voxel>(
         rest = others;
         bricks.push((place, brick, own));
     }
-    let filler = Filler { sampler, normalization, padding };
+    let filler = Filler { sampler, normalisation, padding };
     let finite = bricks.into_par_iter().map(|(place, brick, values)| {
         filler.brick(place, &brick, values);
         values.iter().all(|value| value.is_finite() || value.to_bits() == HOLE)
@@ -31,7 +31,7 @@ pub(super) fn fill<T: Voxel>(
 
 struct Filler<'a, T> {
     sampler: &'a Sampler<'a, T>,
-    normalization: Normalization,
+    normalisation: Normalisation,
     padding: Padding,
 }
 
@@ -187,7 +187,7 @@ impl<T: Voxel> Filler<'_, T> {
 
     #[inline]
     fn flagged(&self, value: f64, flag: u32) -> f32 {
-        let unit = self.normalization.to_unit(value) as f32;
+        let unit = self.normalisation.apply(value);
         let bits = if unit.is_finite() { unit.to_bits() & !FLAG } else { NOT_FINITE };
         f32::from_bits(bits | flag)
     }

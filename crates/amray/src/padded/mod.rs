@@ -10,40 +10,12 @@ mod pieces;
 mod plan;
 
 use crate::Volume;
-use crate::hierarchy::{Hierarchy, with_voxels};
+use crate::hierarchy::{Hierarchy, Normalisation, with_voxels};
 use crate::reconstruction::{Method, Sampler};
 
 pub(crate) use evaluate::Evaluator;
 pub(crate) use pieces::PieceNode;
 pub(crate) use plan::{Plan, RegionPlan};
-
-/// Maps the values of a field to 0 to 1.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Normalization {
-    pub(crate) low: f64,
-    /// One over the width of the range.
-    pub(crate) scale: f64,
-}
-
-impl Normalization {
-    /// The map that takes `low` to 0 and `high` to 1; any map where the two are equal or not finite.
-    pub(crate) fn new([low, high]: [f64; 2]) -> Self {
-        let width = high - low;
-        if low.is_finite() && width > 0.0 && width.is_finite() {
-            Self { low, scale: width.recip() }
-        } else {
-            Self { low: if low.is_finite() { low } else { 0.0 }, scale: 1.0 }
-        }
-    }
-
-    pub(crate) fn to_unit(self, value: f64) -> f64 {
-        (value - self.low) * self.scale
-    }
-
-    pub(crate) fn to_value(self, unit: f64) -> f64 {
-        self.low + unit / self.scale
-    }
-}
 
 /// What padding holds, and which cells are flagged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,7 +49,7 @@ pub(crate) const FLAG: u32 = 1;
 /// All bricks of a field, padded.
 #[derive(Clone, Debug)]
 pub(crate) struct PaddedField {
-    pub(crate) normalization: Normalization,
+    pub(crate) normalisation: Normalisation,
     /// The bricks' values, x fastest, one brick after the other.
     values: Vec<f32>,
     /// Where each brick's values start.
@@ -89,15 +61,15 @@ pub(crate) struct PaddedField {
 impl PaddedField {
     /// A padded copy of the volume's field, filled in parallel.
     pub(crate) fn build(volume: &Volume) -> Self {
-        let normalization = Normalization::new(volume.ranges().whole().map(f64::from));
+        let normalisation = Normalisation::of_range(volume.ranges().whole().map(f64::from));
         let starts = starts(volume.hierarchy());
         // Pairs of values are read at once: one more than there are.
         let mut values = vec![0.0; starts[starts.len() - 1] + 1];
         let is_finite = with_voxels!(volume.field().values(), bricks => {
             let sampler = Sampler::new(volume.index(), bricks, volume.method());
-            fill::fill(&sampler, normalization, Padding::of(volume.method()), &starts, &mut values)
+            fill::fill(&sampler, normalisation, Padding::of(volume.method()), &starts, &mut values)
         });
-        Self { normalization, values, starts, is_finite }
+        Self { normalisation, values, starts, is_finite }
     }
 
     /// The values of a brick.

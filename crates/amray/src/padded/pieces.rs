@@ -148,8 +148,7 @@ impl Divide<'_> {
             return piece;
         }
         if !self.plan.is_complete() {
-            piece.range =
-                self.ranges.region(self.number).map(|value| self.field.normalization.to_unit(value.into()) as f32);
+            piece.range = self.ranges.region(self.number).map(|value| self.field.normalisation.apply(value.into()));
             return piece;
         }
         for other in self.plan.others(plan).into_iter().flatten() {

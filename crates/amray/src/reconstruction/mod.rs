@@ -10,6 +10,7 @@ mod dual_cell;
 mod method;
 mod number;
 mod octant;
+mod packet;
 mod prolong;
 
 use crate::hierarchy::{BrickValues, Level, Voxel};
@@ -19,6 +20,7 @@ use number::Number;
 
 pub use method::{Method, UnknownMethod};
 pub use number::ValueAndGradient;
+pub use packet::{PacketPoints, PacketSampler, PacketSamples};
 
 /// Evaluates one method over one field.
 ///
@@ -122,6 +124,11 @@ impl<'a, T: Voxel> Sampler<'a, T> {
             }
         }
         self.evaluate(region, level, point)
+    }
+
+    /// The level of the leaf cell that contains a point of the domain; `None` in a hole.
+    fn leaf_level(&self, point: [f64; 3]) -> Option<usize> {
+        self.index.regions()[self.index.find_region(self.cell_of(point))].finest_level()
     }
 
     fn evaluate<N: Number>(&self, region: &Region, level: usize, point: [f64; 3]) -> N {

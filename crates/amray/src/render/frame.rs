@@ -43,8 +43,8 @@ impl<'a> Frame<'a> {
         let volume = scene.volume;
         let padded @ Padded { field, plan, pieces } = volume.padded();
         let function = scene.transfer_function.prepared(scene.unit_distance);
-        let normalization = field.normalization;
-        let segments = Segments::new(&function, normalization.low, normalization.scale.recip());
+        let normalisation = field.normalisation;
+        let segments = Segments::new(&function, normalisation.low, normalisation.scale.recip());
         let looks = Visibility::new(volume, padded, &function, &segments).looks();
         let reference: Reference = with_voxels!(volume.field().values(), bricks => {
             let sampler = Sampler::new(volume.index(), bricks, volume.method());
@@ -105,8 +105,8 @@ impl Kernel for TileKernel<'_> {
                     y[lane] = row + place[1];
                     shift[lane] = lattice_shift([column, row], phase);
                 }
-                let pixels_at = [Doubles::from_array(simd, &x), Doubles::from_array(simd, &y)];
-                let shift = Doubles::from_array(simd, &shift);
+                let pixels_at = [Doubles::load(simd, &x), Doubles::load(simd, &y)];
+                let shift = Doubles::load(simd, &shift);
                 let packet =
                     Packet::new(simd, frame.index, &frame.plane, pixels_at, shift, frame.options.samples_per_cell);
                 let [enter, leave] = packet.clip(simd, low, high);

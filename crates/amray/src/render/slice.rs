@@ -1,14 +1,11 @@
 //! Slices: the reconstruction on an axis-aligned plane, one value per pixel.
 
-use rayon::prelude::*;
 use std::fmt;
 use std::str::FromStr;
 
 use thiserror::Error;
 
 use crate::Volume;
-use crate::hierarchy::with_voxels;
-use crate::reconstruction::Sampler;
 
 /// A coordinate axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,20 +86,14 @@ impl Slice {
         let [right, up] = self.axis.across().map(|axis| axis as usize);
         let mut point = [0.0; 3];
         point[self.axis as usize] = self.at;
-        let values = with_voxels!(volume.field().values(), bricks => {
-            let sampler = Sampler::new(volume.index(), bricks, volume.method());
-            (0..size[1])
-                .into_par_iter()
-                .flat_map_iter(|row| {
-                    (0..size[0]).map(move |column| {
-                        let mut point = point;
-                        let share = |pixel: usize, count: usize| (pixel as f64 + 0.5) / count as f64;
-                        point[right] = low[right] + (high[right] - low[right]) * share(column, size[0]);
-                        point[up] = high[up] - (high[up] - low[up]) * share(row, size[1]);
-                        sampler.sample_world(point)
-                    })
-                })
-                .collect()
+        let mut values = vec![0.0; size[0] * size[1]];
+        volume.sample_at(&mut values, |pixel| {
+            let (column, row) = (pixel % size[0], pixel / size[0]);
+            let mut point = point;
+            let share = |pixel: usize, count: usize| (pixel as f64 + 0.5) / count as f64;
+            point[right] = low[right] + (high[right] - low[right]) * share(column, size[0]);
+            point[up] = high[up] - (high[up] - low[up]) * share(row, size[1]);
+            point
         });
         SliceImage { size, values }
     }

@@ -87,8 +87,8 @@ impl<'a> Visibility<'a> {
     }
 
     fn look_of_piece(&self, piece: &PieceNode) -> NodeLook {
-        let normalization = self.padded.field.normalization;
-        let [low, high] = piece.range.map(|unit| normalization.to_value(unit.into()));
+        let normalisation = self.padded.field.normalisation;
+        let [low, high] = piece.range.map(|unit| normalisation.undo(unit));
         let level = piece.region.and_then(|region| self.padded.plan.regions[region as usize].level);
         let (true, Some(level)) = (low <= high && self.function.max_extinction(low, high) > 0.0, level) else {
             return NodeLook::Hidden;

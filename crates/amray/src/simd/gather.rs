@@ -7,7 +7,7 @@ use fearless_simd::{f32x16, i32x16, u32x16};
 use super::LANES;
 
 /// An instruction set that can read at sixteen places.
-pub(crate) trait Gather: Simd {
+pub trait Gather: Simd {
     /// The values at `base + index`.
     ///
     /// # Safety

@@ -3,12 +3,14 @@
 //! Kernels are written once over a [`fearless_simd::Simd`] token at one width, sixteen lanes of `f32`, whatever the
 //! registers of the machine. What the library does not have (gathers, table look-ups) is in `Gather`.
 
+mod divisor;
 mod doubles;
 mod gather;
 mod math;
 
-use fearless_simd::{Level, f32x16, i32x16, mask32x16, u32x16};
+use fearless_simd::{Level, SimdMask, f32x16, i32x16, mask32x16, u32x16};
 
+pub(crate) use divisor::Divisor;
 pub(crate) use doubles::Doubles;
 pub(crate) use gather::{Gather, SHORT_TABLES};
 pub(crate) use math::{exp2, log2};
@@ -20,6 +22,21 @@ pub(crate) type Floats<S> = f32x16<S>;
 pub(crate) type Integers<S> = i32x16<S>;
 pub(crate) type Naturals<S> = u32x16<S>;
 pub(crate) type Mask<S> = mask32x16<S>;
+
+/// Some of the lanes of a packet: bit `l` stands for lane `l`.
+pub(crate) type LaneSet = u16;
+
+/// The mask of some lanes.
+#[inline(always)]
+pub(crate) fn mask_of<S: Gather>(simd: S, lanes: LaneSet) -> Mask<S> {
+    Mask::from_bitmask(simd, u64::from(lanes))
+}
+
+/// The lanes of a mask.
+#[inline(always)]
+pub(crate) fn lanes_of<S: Gather>(mask: Mask<S>) -> LaneSet {
+    mask.to_bitmask() as LaneSet
+}
 
 /// The instructions that kernels are run with.
 #[derive(Clone, Copy, Debug)]
