@@ -9,6 +9,7 @@ mod number;
 mod progress;
 mod render;
 mod sample;
+mod sampling;
 mod slice;
 mod view;
 

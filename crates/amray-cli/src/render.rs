@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use amray::appearance::{Picture, TransferFunction, automatic, color_bar};
-use amray::render::{Film, RenderOptions, RenderStatistics, render};
+use amray::render::{Engine, Film, RenderOptions, RenderStatistics, render};
 use amray::scene::Scene;
 use amray_formats::FormatError;
 use amray_formats::output::check_writable;
@@ -16,6 +16,7 @@ use serde::Serialize;
 use crate::appearance::AppearanceArguments;
 use crate::data::{DataArguments, Opened, VolumeArguments};
 use crate::progress::{with_progress, with_spinner};
+use crate::sampling::{LayoutName, SamplingArguments};
 use crate::view::ViewArguments;
 use crate::{memory, number, print};
 
@@ -48,6 +49,8 @@ pub(crate) struct Arguments {
     /// Seed of the noise that hides banding
     #[arg(long, value_name = "SEED", default_value = "0")]
     seed: u64,
+    #[command(flatten)]
+    sampling: SamplingArguments,
     /// What is behind the volume in a .png, each 0 to 1
     #[arg(long, value_name = "R,G,B[,A]", default_value = "1,1,1", value_parser = number::color)]
     background: [f32; 4],
@@ -70,6 +73,12 @@ pub(crate) struct Report {
     open_seconds: f64,
     /// To build the index and its value ranges.
     index_seconds: f64,
+    /// To lay values out for marching.
+    prepare_seconds: f64,
+    /// Where samples come from.
+    layout: LayoutName,
+    /// What that takes besides the field.
+    layout_bytes: u64,
     /// The last frame's.
     frame_seconds: f64,
     frame_best_seconds: f64,
@@ -77,8 +86,10 @@ pub(crate) struct Report {
     frames: usize,
     rays: u64,
     samples: u64,
+    /// How many of them came from one brick alone.
     interior_samples: u64,
-    region_visits: u64,
+    /// The share of the rays' length inside the domain that was passed over.
+    skipped_share: f64,
     /// Null where the system does not tell.
     resident_bytes: Option<u64>,
     peak_resident_bytes: Option<u64>,
@@ -100,6 +111,7 @@ impl Arguments {
             samples_per_cell: 1.0,
             spp: 1,
             seed: 0,
+            sampling: SamplingArguments::default(),
             background: [1.0; 4],
             color_bar: false,
             repeat: None,
@@ -144,7 +156,15 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         samples_per_cell: arguments.samples_per_cell,
         samples_per_pixel: arguments.spp.into(),
         seed: arguments.seed,
+        engine: arguments.sampling.engine(&volume),
+        integration: arguments.sampling.preintegrate.into(),
+        adaptive: !arguments.sampling.every_cell,
     };
+    let start = Instant::now();
+    if let Engine::March(layout) = options.engine {
+        with_spinner("preparing", || volume.prepare(layout));
+    }
+    let prepare_seconds = start.elapsed().as_secs_f64();
     let (film, statistics, seconds) = frames(&scene, &options, arguments.repeat);
     match format {
         PictureFormat::Png => {
@@ -161,6 +181,12 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         size: arguments.size,
         open_seconds,
         index_seconds,
+        prepare_seconds,
+        layout: arguments.sampling.engine(&volume).into(),
+        layout_bytes: match options.engine {
+            Engine::March(layout) => volume.layout_bytes(layout),
+            Engine::Query => 0,
+        },
         frame_seconds: seconds[seconds.len() - 1],
         frame_best_seconds: sorted[0],
         frame_median_seconds: sorted[sorted.len() / 2],
@@ -168,7 +194,7 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         rays: statistics.rays,
         samples: statistics.samples,
         interior_samples: statistics.interior_samples,
-        region_visits: statistics.region_visits,
+        skipped_share: statistics.skipped_length / statistics.ray_length.max(f64::MIN_POSITIVE),
         resident_bytes: memory::resident(),
         peak_resident_bytes: memory::peak_resident(),
         private_bytes: memory::private(),

@@ -59,7 +59,7 @@
 pub mod appearance;
 pub mod hierarchy;
 pub mod index;
-mod padded;
+mod layout;
 pub mod reconstruction;
 pub mod render;
 pub mod scene;

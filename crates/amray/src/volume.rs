@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::hierarchy::{Field, Hierarchy, IndexBox, Normalisation, Voxel, with_voxels};
 use crate::index::{Index, ValueRanges};
-use crate::padded::Padded;
+use crate::layout::{InPlacePlan, Layout, Padded, padded_bytes};
 use crate::reconstruction::{Method, PacketSampler, Sampler, ValueAndGradient};
 
 /// Points that a thread samples at a time.
@@ -19,8 +19,9 @@ pub struct Volume {
     field: Field,
     /// Made when first asked for: samples and statistics do without.
     ranges: OnceLock<ValueRanges>,
-    /// Made when first rendered.
+    /// Made when first rendered from.
     padded: OnceLock<Padded>,
+    in_place: OnceLock<InPlacePlan>,
     method: Method,
 }
 
@@ -42,7 +43,7 @@ impl Volume {
     /// Where the field belongs to another hierarchy with a different number of bricks.
     pub fn new(index: Arc<Index>, field: Field, method: Method) -> Self {
         assert_eq!(field.brick_count(), index.hierarchy().brick_count(), "bricks of the field and of the index");
-        Self { index, field, ranges: OnceLock::new(), padded: OnceLock::new(), method }
+        Self { index, field, ranges: OnceLock::new(), padded: OnceLock::new(), in_place: OnceLock::new(), method }
     }
 
     /// The spatial index.
@@ -65,7 +66,28 @@ impl Volume {
         self.ranges.get_or_init(|| ValueRanges::build(&self.index, &self.field))
     }
 
-    /// The field made ready for marching. The first call copies every value.
+    /// How to march through the field where it is. The first call looks at every value.
+    pub(crate) fn in_place(&self) -> &InPlacePlan {
+        self.in_place.get_or_init(|| InPlacePlan::new(self))
+    }
+
+    /// Bytes of memory that marching needs besides the field: a padded copy, or notes on regions for values in place.
+    pub fn layout_bytes(&self, layout: Layout) -> u64 {
+        match layout {
+            Layout::Padded => self.padded.get().map_or_else(|| padded_bytes(self.hierarchy()), Padded::bytes),
+            Layout::InPlace => self.in_place.get().map_or(0, InPlacePlan::bytes),
+        }
+    }
+
+    /// Makes what marching needs, so that the first picture does not have to.
+    pub fn prepare(&self, layout: Layout) {
+        match layout {
+            Layout::Padded => _ = self.padded(),
+            Layout::InPlace => _ = self.in_place(),
+        }
+    }
+
+    /// The field's padded copy. The first call copies every value.
     pub(crate) fn padded(&self) -> &Padded {
         self.padded.get_or_init(|| Padded::build(self))
     }

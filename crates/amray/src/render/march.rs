@@ -4,22 +4,51 @@ use std::ops::Range;
 
 use fearless_simd::prelude::*;
 
-use super::RenderStatistics;
 use super::packet::Packet;
-use super::traverse::{Span, Visitor};
-use super::visibility::SeenLook;
+use super::traverse::{Span, Stack, Visitor, traverse};
+use super::visibility::{NodeLook, SeenLook};
+use super::{Integration, RenderStatistics, Trace};
 use crate::appearance::{Glow, Light, Place, Segments, Window};
-use crate::padded::{Evaluator, RegionPlan};
+use crate::layout::{PieceNode, RegionFrame, RegionValues};
 use crate::simd::{Doubles, Floats, Gather, Integers, Mask};
 
 /// What is still visible below this transmittance would change no 8-bit picture.
 const OPAQUE: f32 = 1.0 / 4096.0;
 
 /// Everything that the packets of a picture share.
-#[derive(Clone, Copy)]
-pub(super) struct March<'a> {
-    pub(super) evaluator: Evaluator<'a>,
+pub(super) struct March<'a, V> {
+    pub(super) values: V,
     pub(super) segments: &'a Segments,
+    pub(super) pieces: &'a [PieceNode],
+    pub(super) looks: &'a [NodeLook],
+    pub(super) integration: Integration,
+}
+
+impl<V: RegionValues> March<'_, V> {
+    /// How intervals are added.
+    #[inline(always)]
+    fn how(&self) -> (&Segments, Integration, bool) {
+        (self.segments, self.integration, self.values.is_finite())
+    }
+}
+
+impl<V: RegionValues> Trace for March<'_, V> {
+    type Scratch<S: Gather> = Stack<S>;
+
+    #[inline(always)]
+    fn trace<S: Gather>(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        span: &Span<S>,
+        stack: &mut Stack<S>,
+        statistics: &mut RenderStatistics,
+    ) -> Light<S> {
+        let mut marcher = Marcher::new(simd, self, packet, span, *statistics);
+        traverse(simd, self.pieces, self.looks, packet, *span, stack, &mut marcher);
+        *statistics = marcher.statistics;
+        marcher.rays.light
+    }
 }
 
 /// A packet under way.
@@ -27,62 +56,57 @@ pub(super) struct March<'a> {
 /// Samples lie on one lattice along each ray, shifted per pixel; a finer region's lattice holds the points of a coarser
 /// one's. Light is added for the interval between a sample and the one before, wherever that was. Where rays come out
 /// of what is invisible, or out of nowhere, their first sample is on the region's face.
-pub(super) struct Marcher<'a, S: Gather> {
+struct Marcher<'a, S: Gather, V> {
     simd: S,
-    march: March<'a>,
+    march: &'a March<'a, V>,
     packet: &'a Packet<S>,
     /// Where the rays leave the volume.
     end: Floats<S>,
     rays: Rays<S>,
+    /// Rays through which something behind can be seen.
+    clear: Mask<S>,
     /// Rays that have a sample to go on from.
     begun: Mask<S>,
     /// Where that sample was.
     last_at: Doubles<S>,
-    pub(super) statistics: RenderStatistics,
+    statistics: RenderStatistics,
 }
 
 /// What changes with every sample.
 #[derive(Clone, Copy)]
-struct Rays<S: Gather> {
-    light: Light<S>,
-    /// Rays through which something behind can be seen.
-    clear: Mask<S>,
-    /// The last sample.
-    last: Place<S>,
+pub(super) struct Rays<S: Gather> {
+    pub(super) light: Light<S>,
+    /// The last samples.
+    pub(super) last: Place<S>,
 }
 
 /// Rays in a region's padded coordinates: scale * (start + t * direction) - low.
 struct LocalRays<'a, S: Gather> {
     packet: &'a Packet<S>,
-    plan: &'a RegionPlan,
+    frame: &'a RegionFrame,
     scale: [f64; 3],
 }
 
-impl<'a, S: Gather> Marcher<'a, S> {
+impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
     #[inline(always)]
-    pub(super) fn new(
+    fn new(
         simd: S,
-        march: March<'a>,
+        march: &'a March<'a, V>,
         packet: &'a Packet<S>,
         span: &Span<S>,
         statistics: RenderStatistics,
     ) -> Self {
-        let nowhere = Place { position: Floats::splat(simd, 0.0), segment: Integers::splat(simd, 0) };
         Self {
             simd,
             march,
             packet,
             end: span.leave,
-            rays: Rays { light: Light::none(simd), clear: span.enter.simd_lt(span.leave), last: nowhere },
+            rays: Rays::new(simd),
+            clear: span.enter.simd_lt(span.leave),
             begun: Mask::splat(simd, false),
             last_at: Doubles::splat(simd, 0.0),
             statistics,
         }
-    }
-
-    /// What the rays have collected.
-    pub(super) fn light(&self) -> &Light<S> {
-        &self.rays.light
     }
 
     /// Takes samples of `rays` at `at`, on the region's face, and adds the intervals that end there for `joined` rays.
@@ -92,22 +116,13 @@ impl<'a, S: Gather> Marcher<'a, S> {
         simd.vectorize(
             #[inline(always)]
             || {
-                let plan = &self.march.evaluator.plan.regions[region];
                 let at = Doubles::from_floats(at);
-                let point = self.local(plan).at(simd, at);
-                let value = self.march.evaluator.anywhere(simd, region, plan, point, rays);
+                let point = self.local(region).at(simd, at);
+                let value = self.march.values.anywhere(simd, region, point, rays);
                 let place = self.march.segments.place(simd, value, window);
                 let length = (at - self.last_at).to_floats();
                 let integral = self.rays.integral(simd, self.march.segments);
-                self.rays.add(
-                    simd,
-                    self.march.segments,
-                    &integral,
-                    place,
-                    length,
-                    joined,
-                    self.march.evaluator.field.is_finite,
-                );
+                self.rays.add(simd, self.march.how(), &integral, place, length, joined);
                 self.rays.last = Place::select(rays, place, self.rays.last);
                 self.last_at = Doubles::select(simd, rays, at, self.last_at);
                 self.statistics.samples += u64::from(rays.to_bitmask().count_ones());
@@ -116,17 +131,15 @@ impl<'a, S: Gather> Marcher<'a, S> {
     }
 
     #[inline(always)]
-    fn local<'b>(&self, plan: &'b RegionPlan) -> LocalRays<'b, S>
-    where
-        'a: 'b,
-    {
-        let level = usize::from(plan.level.unwrap_or(0));
-        LocalRays { packet: self.packet, plan, scale: self.march.evaluator.plan.finest_cells[level].map(f64::recip) }
+    fn local(&self, region: usize) -> LocalRays<'a, S> {
+        let frame = self.march.values.frame(region);
+        let size = self.march.values.finest_cells(frame.level.unwrap_or(0));
+        LocalRays { packet: self.packet, frame, scale: [size[0].recip(), size[1].recip(), size[2].recip()] }
     }
 
     /// The samples of a region that is seen.
     #[inline(always)]
-    fn march_through(&mut self, region: usize, plan: &RegionPlan, look: &SeenLook, span: &Span<S>, rays: Mask<S>) {
+    fn march_through(&mut self, region: usize, look: &SeenLook, span: &Span<S>, rays: Mask<S>) {
         let simd = self.simd;
         let packet = self.packet;
         let step = packet.coarse_step * Doubles::splat(simd, f64::from(look.step));
@@ -140,19 +153,17 @@ impl<'a, S: Gather> Marcher<'a, S> {
         if most < 1.0 {
             return;
         }
-        let local = self.local(plan);
+        let local = self.local(region);
         let start = local.at(simd, first_at);
         let step = step.to_floats();
         let stride = local.stride(simd, step);
-        let pure = pure_steps(simd, plan, &start, &stride, counts);
-        let evaluator = self.march.evaluator;
-        let segments = self.march.segments;
+        let pure = pure_steps(simd, local.frame, &start, &stride, counts);
+        let March { values, segments, .. } = self.march;
         let mut state = self.rays;
         let mut statistics = self.statistics;
         let mut length = (first_at - self.last_at).to_floats();
         // Where all values lie on one segment, no integrals are needed between them.
-        let finite = evaluator.field.is_finite;
-        let one_segment = look.window.first == look.window.last && finite;
+        let one_segment = look.window.first == look.window.last && values.is_finite();
         let slopes = segments.slopes(simd, Integers::splat(simd, i32::from(look.window.first)));
         let mut integral = state.integral(simd, segments);
         let mut number = 0.0f32;
@@ -161,7 +172,7 @@ impl<'a, S: Gather> Marcher<'a, S> {
             // Rays that have become opaque go on with the others, but add nothing: if samples waited for the light of
             // those before, no two steps would overlap.
             let active = numbers.simd_lt(counts);
-            let seen = active & state.light.transmittance.simd_ge(Floats::splat(simd, OPAQUE));
+            let seen = active & state.clear(simd);
             let mut point = start;
             for axis in 0..3 {
                 point[axis] = numbers.mul_add(stride[axis], start[axis]);
@@ -170,27 +181,26 @@ impl<'a, S: Gather> Marcher<'a, S> {
             statistics.samples += samples;
             let value = if pure.contains(&number) {
                 statistics.interior_samples += samples;
-                evaluator.pure(simd, plan, point)
+                values.pure(simd, region, point)
             } else {
-                evaluator.anywhere(simd, region, plan, point, active)
+                values.anywhere(simd, region, point, active)
             };
             let place = segments.place(simd, value, look.window);
             if number > 0.0 && one_segment {
                 let mean = slopes.mean(simd, state.last.position, place.position);
                 state.light.add(simd, &mean, length, seen);
             } else {
-                let next = state.add(simd, segments, &integral, place, length, seen, finite);
+                let next = state.add(simd, self.march.how(), &integral, place, length, seen);
                 integral = Glow::select(active, next, integral);
             }
             state.last = Place::select(active, place, state.last);
             length = step;
             number += 1.0;
-            let clear = state.light.transmittance.simd_ge(Floats::splat(simd, OPAQUE));
-            if (clear & numbers.simd_lt(counts)).all_false() {
+            if (state.clear(simd) & numbers.simd_lt(counts)).all_false() {
                 break;
             }
         }
-        state.clear &= state.light.transmittance.simd_ge(Floats::splat(simd, OPAQUE));
+        self.clear &= state.clear(simd);
         self.rays = state;
         self.statistics = statistics;
         let one = Floats::splat(simd, 1.0);
@@ -201,24 +211,39 @@ impl<'a, S: Gather> Marcher<'a, S> {
 }
 
 impl<S: Gather> Rays<S> {
+    /// Rays that have met nothing yet.
+    #[inline(always)]
+    pub(super) fn new(simd: S) -> Self {
+        let nowhere = Place { position: Floats::splat(simd, 0.0), segment: Integers::splat(simd, 0) };
+        Self { light: Light::none(simd), last: nowhere }
+    }
+
+    /// Rays through which something behind can be seen.
+    #[inline(always)]
+    pub(super) fn clear(&self, simd: S) -> Mask<S> {
+        self.light.transmittance.simd_ge(Floats::splat(simd, OPAQUE))
+    }
+
     /// Adds the interval from the last samples, up to which the integrals are `integral`, to `place`; returns the
     /// integrals up to there. A sample that is no number is taken to be like the other end of its interval, over half
     /// of it.
     #[inline(always)]
-    fn add(
+    pub(super) fn add(
         &mut self,
         simd: S,
-        segments: &Segments,
+        (segments, integration, finite): (&Segments, Integration, bool),
         integral: &Glow<S>,
         place: Place<S>,
         length: Floats<S>,
         rays: Mask<S>,
-        finite: bool,
     ) -> Glow<S> {
         let slopes = segments.slopes(simd, place.segment);
         let next = segments.integral(simd, &place, &slopes);
         let mut mean = segments.mean(simd, [(&self.last, integral), (&place, &next)], &slopes);
         let (mut length, mut seen) = (length, rays);
+        if integration == Integration::AtSamples {
+            mean = segments.midway(simd, self.last.position, place.position);
+        }
         if !finite {
             let sum = self.last.position + place.position;
             let unknown = sum.simd_ne(sum) & rays;
@@ -236,15 +261,20 @@ impl<S: Gather> Rays<S> {
 
     /// The integrals up to the last samples.
     #[inline(always)]
-    fn integral(&self, simd: S, segments: &Segments) -> Glow<S> {
+    pub(super) fn integral(&self, simd: S, segments: &Segments) -> Glow<S> {
         segments.integral(simd, &self.last, &segments.slopes(simd, self.last.segment))
     }
 }
 
-impl<S: Gather> Visitor<S> for Marcher<'_, S> {
+impl<S: Gather, V: RegionValues> Visitor<S> for Marcher<'_, S, V> {
+    #[inline(always)]
+    fn skip(&mut self, span: &Span<S>, rays: Mask<S>) {
+        self.statistics.skipped_length += length_of(self.simd, span, rays);
+    }
+
     #[inline(always)]
     fn going(&self) -> Mask<S> {
-        self.rays.clear
+        self.clear
     }
 
     #[inline(always)]
@@ -255,21 +285,12 @@ impl<S: Gather> Visitor<S> for Marcher<'_, S> {
     #[inline(always)]
     fn visit(&mut self, region: usize, look: Option<&SeenLook>, span: &Span<S>, rays: Mask<S>) {
         let simd = self.simd;
-        let plan = &self.march.evaluator.plan.regions[region];
         self.statistics.region_visits += 1;
-        if plan.level.is_none() {
+        if self.march.values.frame(region).level.is_none() {
             // A hole: the last value goes on up to it.
             let length = (Doubles::from_floats(span.enter) - self.last_at).to_floats();
             let integral = self.rays.integral(simd, self.march.segments);
-            self.rays.add(
-                simd,
-                self.march.segments,
-                &integral,
-                self.rays.last,
-                length,
-                rays & self.begun,
-                self.march.evaluator.field.is_finite,
-            );
+            self.rays.add(simd, self.march.how(), &integral, self.rays.last, length, rays & self.begun);
             self.begun &= !rays;
             return;
         }
@@ -284,8 +305,8 @@ impl<S: Gather> Visitor<S> for Marcher<'_, S> {
             self.sample_on_face(region, span.enter, beginning, Mask::splat(simd, false), look.window);
             self.begun |= beginning;
         }
-        self.march_through(region, plan, look, span, rays);
-        let ending = rays & self.rays.clear & span.leave.simd_ge(self.end);
+        self.march_through(region, look, span, rays);
+        let ending = rays & self.clear & span.leave.simd_ge(self.end);
         if ending.any_true() {
             self.sample_on_face(region, span.leave, ending, ending, look.window);
             self.begun &= !ending;
@@ -300,7 +321,7 @@ impl<S: Gather> LocalRays<'_, S> {
         for axis in 0..3 {
             let cells = at.mul_add(self.packet.direction[axis], self.packet.start[axis]);
             let scale = Doubles::splat(simd, self.scale[axis]);
-            point[axis] = cells.mul_add(scale, Doubles::splat(simd, -self.plan.low[axis])).to_floats();
+            point[axis] = cells.mul_add(scale, Doubles::splat(simd, -self.frame.low[axis])).to_floats();
         }
         point
     }
@@ -320,12 +341,12 @@ impl<S: Gather> LocalRays<'_, S> {
 #[inline(always)]
 fn pure_steps<S: Gather>(
     simd: S,
-    plan: &RegionPlan,
+    frame: &RegionFrame,
     start: &[Floats<S>; 3],
     stride: &[Floats<S>; 3],
     counts: Floats<S>,
 ) -> Range<f32> {
-    if plan.is_pure {
+    if frame.is_pure {
         return 0.0..f32::INFINITY;
     }
     let zero = Floats::splat(simd, 0.0);
@@ -333,8 +354,8 @@ fn pure_steps<S: Gather>(
     let (mut enter, mut leave) = (zero, infinity);
     for axis in 0..3 {
         let inverse = stride[axis].approximate_recip();
-        let a = (Floats::splat(simd, plan.pure[0][axis]) - start[axis]) * inverse;
-        let b = (Floats::splat(simd, plan.pure[1][axis]) - start[axis]) * inverse;
+        let a = (Floats::splat(simd, frame.pure[0][axis]) - start[axis]) * inverse;
+        let b = (Floats::splat(simd, frame.pure[1][axis]) - start[axis]) * inverse;
         enter = enter.max(a.min(b));
         leave = leave.min(a.max(b));
     }
@@ -343,4 +364,11 @@ fn pure_steps<S: Gather>(
     let leave = leave.simd_ge(counts - Floats::splat(simd, 1.0)).select(infinity, leave);
     let used = counts.simd_gt(zero);
     simd.reduce_max_f32x16(used.select(enter, zero))..simd.reduce_min_f32x16(used.select(leave, infinity))
+}
+
+/// How far rays go, all together.
+#[inline(always)]
+pub(super) fn length_of<S: Gather>(simd: S, span: &Span<S>, rays: Mask<S>) -> f64 {
+    let zero = Floats::splat(simd, 0.0);
+    f64::from(simd.reduce_sum_f32x16(rays.select(span.leave - span.enter, zero)))
 }

@@ -4,6 +4,7 @@ mod film;
 mod frame;
 mod march;
 mod packet;
+mod query;
 mod slice;
 mod traverse;
 mod visibility;
@@ -13,12 +14,17 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
+use crate::appearance::Light;
 use crate::scene::Scene;
+use crate::simd::Gather;
 
+pub use crate::layout::Layout;
 pub use film::Film;
 pub use slice::{Axis, Slice, SliceImage, UnknownAxis};
 
 use frame::{Frame, Tile};
+use packet::Packet;
+use traverse::Span;
 
 /// Pixels per side of a tile: the unit of work that threads share out.
 const TILE: usize = 32;
@@ -34,16 +40,52 @@ pub struct RenderOptions {
     pub samples_per_pixel: usize,
     /// Chooses the noise that decorrelates neighbouring pixels.
     pub seed: u64,
+    /// How rays find their samples.
+    pub engine: Engine,
+    /// How light follows from samples.
+    pub integration: Integration,
+    /// Whether [`Engine::March`] spares what changes nothing that could be seen: samples where the transfer function
+    /// makes all values invisible, and short steps where values and transfer function hardly change along a long one.
+    /// Otherwise every cell is sampled, as [`Engine::Query`] does.
+    pub adaptive: bool,
+}
+
+/// How rays find their samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Engine {
+    /// Front to back through the regions of the index, in each of them with no search.
+    March(Layout),
+    /// The paper's design: the tree is asked anew for every sample. Slower, and what marching is measured against.
+    Query,
+}
+
+/// How light follows from samples.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Integration {
+    /// Exactly, for values that run linearly between samples: no part of the transfer function is missed, however far it
+    /// changes from one sample to the next.
+    #[default]
+    Preintegrated,
+    /// The transfer function at the value midway between two samples holds for the whole interval.
+    AtSamples,
 }
 
 impl Default for RenderOptions {
     fn default() -> Self {
-        Self { size: [1024, 1024], samples_per_cell: 1.0, samples_per_pixel: 1, seed: 0 }
+        Self {
+            size: [1024, 1024],
+            samples_per_cell: 1.0,
+            samples_per_pixel: 1,
+            seed: 0,
+            engine: Engine::March(Layout::Padded),
+            integration: Integration::Preintegrated,
+            adaptive: true,
+        }
     }
 }
 
 /// What a rendering took.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct RenderStatistics {
     /// Rays that were followed.
     pub rays: u64,
@@ -51,8 +93,28 @@ pub struct RenderStatistics {
     pub samples: u64,
     /// How many of them came from one brick alone.
     pub interior_samples: u64,
-    /// How often a packet of rays came to a region.
+    /// How often a packet of rays came to a region, or a piece of it.
     pub region_visits: u64,
+    /// The length of all rays inside the domain, in world units.
+    pub ray_length: f64,
+    /// How much of it was passed over because nothing there is seen.
+    pub skipped_length: f64,
+}
+
+/// An engine: follows packets of rays.
+trait Trace: Sync {
+    /// Memory that packets use one after the other.
+    type Scratch<S: Gather>: Default;
+
+    /// What the packet's rays collect between the ends of `span`.
+    fn trace<S: Gather>(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        span: &Span<S>,
+        scratch: &mut Self::Scratch<S>,
+        statistics: &mut RenderStatistics,
+    ) -> Light<S>;
 }
 
 /// Renders a scene.
@@ -86,6 +148,8 @@ pub fn render(scene: &Scene, options: &RenderOptions, progress: &(dyn Fn(f64) + 
             samples: a.samples + b.samples,
             interior_samples: a.interior_samples + b.interior_samples,
             region_visits: a.region_visits + b.region_visits,
+            ray_length: a.ray_length + b.ray_length,
+            skipped_length: a.skipped_length + b.skipped_length,
         });
     (film.into_inner().unwrap_or_else(PoisonError::into_inner), statistics)
 }

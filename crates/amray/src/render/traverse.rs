@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 
 use super::packet::Packet;
 use super::visibility::{NodeLook, SeenLook};
-use crate::padded::PieceNode;
+use crate::layout::PieceNode;
 use crate::simd::{Floats, Gather, Mask};
 
 /// Where each ray of a packet is in a node, or was left to wait there.
@@ -21,6 +21,9 @@ pub(super) trait Visitor<S: Gather> {
 
     /// Which of the rays come from where something is seen, and have to end that where nothing is.
     fn begun(&self) -> Mask<S>;
+
+    /// Rays pass a node in which nothing is seen.
+    fn skip(&mut self, span: &Span<S>, rays: Mask<S>);
 
     /// The packet goes through a part of a region, which is seen or not.
     fn visit(&mut self, region: usize, look: Option<&SeenLook>, span: &Span<S>, rays: Mask<S>);
@@ -48,6 +51,7 @@ pub(super) fn traverse<S: Gather>(
             let node = &nodes[place];
             let look = &looks[place];
             if *look == NodeLook::Hidden {
+                visitor.skip(&span, rays & !visitor.begun());
                 rays &= visitor.begun();
             }
             if rays.all_false() {

@@ -2,8 +2,9 @@
 
 use crate::Volume;
 use crate::appearance::{PreparedTransferFunction, Segments, Window};
-use crate::index::Index;
-use crate::padded::{Padded, PieceNode};
+use crate::hierarchy::Normalisation;
+use crate::index::{Index, Region};
+use crate::layout::PieceNode;
 
 /// How a node of the tree of pieces looks under one transfer function.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,10 +30,14 @@ pub(super) struct SeenLook {
 pub(super) struct Visibility<'a> {
     function: &'a PreparedTransferFunction,
     segments: &'a Segments,
-    padded: &'a Padded,
+    pieces: &'a [PieceNode],
+    normalisation: Normalisation,
+    /// Per region, the level of its leaf cells.
+    levels: Vec<Option<usize>>,
     /// Per level, the step over that on level 0, and the width of a piece.
     steps: Vec<f64>,
     widths: Vec<f64>,
+    adaptive: bool,
 }
 
 /// How far the light of a piece may be off because its samples are far apart.
@@ -45,18 +50,29 @@ const LONGEST_STEP: f64 = 8.0;
 impl<'a> Visibility<'a> {
     pub(super) fn new(
         volume: &'a Volume,
-        padded: &'a Padded,
+        (pieces, normalisation): (&'a [PieceNode], Normalisation),
         function: &'a PreparedTransferFunction,
         segments: &'a Segments,
+        adaptive: bool,
     ) -> Self {
         let levels = volume.hierarchy().levels();
         let widths = levels.iter().map(|level| level.cell_size().into_iter().fold(0.0, f64::max) * 8.0).collect();
-        Self { function, segments, padded, steps: steps(volume.index()), widths }
+        let regions = volume.index().regions().iter();
+        Self {
+            function,
+            segments,
+            pieces,
+            normalisation,
+            levels: regions.map(Region::finest_level).collect(),
+            steps: steps(volume.index()),
+            widths,
+            adaptive,
+        }
     }
 
     /// The looks of all nodes.
     pub(super) fn looks(&self) -> Vec<NodeLook> {
-        let pieces = &self.padded.pieces;
+        let pieces = self.pieces;
         let mut looks = vec![NodeLook::Hidden; pieces.len()];
         // Children follow their parents.
         for (place, node) in pieces.iter().enumerate().rev() {
@@ -79,31 +95,38 @@ impl<'a> Visibility<'a> {
     /// them.
     fn joined(&self, node: &PieceNode, children: [(SeenLook, &PieceNode); 2]) -> Option<SeenLook> {
         let step = children[0].0.step.min(children[1].0.step);
-        let level = self.padded.plan.regions[node.region? as usize].level?;
-        let whole = self.steps[usize::from(level)] as f32;
+        let whole = self.steps[self.levels[node.region? as usize]?] as f32;
         let more: f32 =
             children.iter().map(|(look, child)| child.width * whole * (step.recip() - look.step.recip())).sum();
-        (more <= STOP).then(|| SeenLook { window: self.segments.window(node.range), step })
+        (more <= STOP).then(|| SeenLook { window: self.window(node), step })
+    }
+
+    fn window(&self, node: &PieceNode) -> Window {
+        if self.adaptive { self.segments.window(node.range) } else { Window::all(self.segments) }
     }
 
     fn look_of_piece(&self, piece: &PieceNode) -> NodeLook {
-        let normalisation = self.padded.field.normalisation;
-        let [low, high] = piece.range.map(|unit| normalisation.undo(unit));
-        let level = piece.region.and_then(|region| self.padded.plan.regions[region as usize].level);
-        let (true, Some(level)) = (low <= high && self.function.max_extinction(low, high) > 0.0, level) else {
+        let [low, high] = piece.range.map(|unit| self.normalisation.undo(unit));
+        let level = piece.region.and_then(|region| self.levels[region as usize]);
+        let seen = !self.adaptive || low <= high && self.function.max_extinction(low, high) > 0.0;
+        let (true, Some(level)) = (seen, level) else {
             return NodeLook::Hidden;
         };
+        if !self.adaptive {
+            let window = Window::all(self.segments);
+            return NodeLook::Seen(SeenLook { window, step: self.steps[level] as f32 });
+        }
         let window = self.segments.window(piece.range);
         // Over a step of n cells, values differ from a line by up to n^2 / 8 of how far they bend in one.
         let bend = f64::from(piece.roughness) / 8.0;
-        let error = bend * self.segments.steepness(window) * self.widths[usize::from(level)];
+        let error = bend * self.segments.steepness(window) * self.widths[level];
         let cells = (TOLERANCE / error).sqrt().clamp(1.0, LONGEST_STEP).log2().floor().exp2();
-        NodeLook::Seen(SeenLook { window, step: (self.steps[usize::from(level)] * cells) as f32 })
+        NodeLook::Seen(SeenLook { window, step: (self.steps[level] * cells) as f32 })
     }
 }
 
 /// Per level, the step over that on level 0: halved until it fits the cell on its narrowest axis.
-fn steps(index: &Index) -> Vec<f64> {
+pub(super) fn steps(index: &Index) -> Vec<f64> {
     let levels = index.hierarchy().levels();
     let coarsest = levels[0].finest_cells();
     let refinement = |cells: [i64; 3]| (0..3).map(|axis| coarsest[axis] / cells[axis]).max().unwrap_or(1);

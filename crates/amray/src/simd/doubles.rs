@@ -109,6 +109,17 @@ impl<S: Gather> Doubles<S> {
     }
 
     #[inline(always)]
+    pub(crate) fn floor(self) -> Self {
+        Self([self.0[0].floor(), self.0[1].floor()])
+    }
+
+    /// The lower of two numbers.
+    #[inline(always)]
+    pub(crate) fn min(self, other: Self) -> Self {
+        Self([self.0[0].min(other.0[0]), self.0[1].min(other.0[1])])
+    }
+
+    #[inline(always)]
     pub(crate) fn sqrt(self) -> Self {
         Self([self.0[0].sqrt(), self.0[1].sqrt()])
     }

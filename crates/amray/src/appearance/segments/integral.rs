@@ -144,6 +144,12 @@ impl Segments {
                 unknown.select(value, position)
             }
         };
+        Place { position, segment: self.search(simd, position, window) }
+    }
+
+    /// The segments of a window that positions lie in.
+    #[inline(always)]
+    fn search<S: Gather>(&self, simd: S, position: Floats<S>, window: Window) -> Integers<S> {
         let last = Integers::splat(simd, i32::from(window.last));
         let mut segment = Integers::splat(simd, i32::from(window.first));
         if window.last - window.first < FEW {
@@ -152,7 +158,7 @@ impl Segments {
             for next in &self.starts[usize::from(window.first) + 1..=usize::from(window.last)] {
                 segment = position.simd_ge(Floats::splat(simd, *next)).select(segment + one, segment);
             }
-            return Place { position, segment };
+            return segment;
         }
         // The highest segment that starts at or below the position.
         let mut step = ((u32::from(window.last - window.first) + 1).next_power_of_two() / 2) as i32;
@@ -162,7 +168,15 @@ impl Segments {
             segment = reached.select(next, segment);
             step /= 2;
         }
-        Place { position, segment }
+        segment
+    }
+
+    /// What is halfway between two positions: the function as it is at one sample.
+    #[inline(always)]
+    pub(crate) fn midway<S: Gather>(&self, simd: S, from: Floats<S>, to: Floats<S>) -> Glow<S> {
+        let middle = (from + to) * Floats::splat(simd, 0.5);
+        let segment = self.search(simd, middle, Window::all(self));
+        self.slopes(simd, segment).mean(simd, middle, middle)
     }
 
     /// The slopes of the segments of places.

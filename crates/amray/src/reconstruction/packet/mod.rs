@@ -207,6 +207,27 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
         rest
     }
 
+    /// Trilinear interpolation in one brick, around points in its cells from the first one's centre on. Points outside
+    /// are moved inside.
+    #[inline(always)]
+    pub(crate) fn in_brick<S: Gather>(&self, simd: S, brick: usize, point: [Floats<S>; 3]) -> Floats<S> {
+        let brick = &self.bricks[brick];
+        let mut share = point;
+        let mut base = [Integers::splat(simd, 0); 3];
+        for axis in 0..3 {
+            // The last dual cell is used to its end.
+            let last = Integers::splat(simd, (brick.last()[axis] - 1).max(0));
+            base[axis] = point[axis].to_int::<Integers<S>>().max(Integers::splat(simd, 0)).min(last);
+            share[axis] -= base[axis].to_float::<Floats<S>>();
+        }
+        mix(brick.read_dual(simd, &base, LaneSet::MAX, &self.normalisation), share)
+    }
+
+    /// Whether packets can be sampled at all, or the reference has to do everything.
+    pub(crate) fn is_packed(&self) -> bool {
+        !self.levels.is_empty()
+    }
+
     /// The values of points that need more than one brick.
     #[inline(never)]
     fn sample_across<S: Gather>(&self, simd: S, lanes: LaneSet, packet: &mut Packet<S>) {

@@ -1,4 +1,4 @@
-//! Values made ready for marching: an owned copy of every brick with one more cell on each side, so that one brick
+//! An owned copy of every brick with one more cell on each side, so that one brick
 //! alone supplies all eight corners of any dual cell that has a corner in it.
 //!
 //! The copy is `f32` in units of the field's range, which keeps large offsets and magnitudes beyond `f32` exact enough.
@@ -6,16 +6,15 @@
 
 mod evaluate;
 mod fill;
-mod pieces;
 mod plan;
 
+use super::pieces::{self, PieceNode};
 use crate::Volume;
 use crate::hierarchy::{Hierarchy, Normalisation, with_voxels};
 use crate::reconstruction::{Method, Sampler};
 
-pub(crate) use evaluate::Evaluator;
-pub(crate) use pieces::PieceNode;
-pub(crate) use plan::{Plan, RegionPlan};
+pub(crate) use evaluate::PaddedValues;
+pub(super) use plan::{PaddedBrick, Plan, RegionPlan};
 
 /// What padding holds, and which cells are flagged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,7 +60,7 @@ pub(crate) struct PaddedField {
 impl PaddedField {
     /// A padded copy of the volume's field, filled in parallel.
     pub(crate) fn build(volume: &Volume) -> Self {
-        let normalisation = Normalisation::of_range(volume.ranges().whole().map(f64::from));
+        let normalisation = super::normalisation(volume);
         let starts = starts(volume.hierarchy());
         // Pairs of values are read at once: one more than there are.
         let mut values = vec![0.0; starts[starts.len() - 1] + 1];
@@ -73,7 +72,7 @@ impl PaddedField {
     }
 
     /// The values of a brick.
-    fn brick(&self, brick: &plan::PaddedBrick) -> &[f32] {
+    pub(super) fn brick(&self, brick: &PaddedBrick) -> &[f32] {
         let size: usize = brick.cells.iter().map(|&cells| cells as usize + 2).product();
         &self.values[brick.start..brick.start + size]
     }
@@ -88,12 +87,12 @@ impl PaddedField {
     }
 
     /// Bytes of memory that the copy takes.
-    pub(crate) fn bytes(&self) -> u64 {
+    fn bytes(&self) -> u64 {
         (size_of_val(&*self.values) + size_of_val(&*self.starts)) as u64
     }
 }
 
-/// A volume made ready for marching.
+/// A volume's padded copy, and how to march through it.
 #[derive(Clone, Debug)]
 pub(crate) struct Padded {
     pub(crate) field: PaddedField,
@@ -105,8 +104,13 @@ impl Padded {
     pub(crate) fn build(volume: &Volume) -> Self {
         let field = PaddedField::build(volume);
         let plan = Plan::new(volume.index(), volume.method(), field.starts());
-        let pieces = pieces::pieces(volume.index(), volume.ranges(), &plan, &field);
+        let pieces = pieces::of_padded(volume.index(), volume.ranges(), &plan, &field);
         Self { field, plan, pieces }
+    }
+
+    /// Bytes of memory that all of it takes.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.field.bytes() + self.plan.bytes() + size_of_val(&*self.pieces) as u64
     }
 }
 

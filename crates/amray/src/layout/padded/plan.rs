@@ -3,6 +3,7 @@
 
 use rayon::prelude::*;
 
+use super::super::RegionFrame;
 use crate::hierarchy::IndexBox;
 use crate::index::{Index, Region};
 use crate::reconstruction::Method;
@@ -58,14 +59,7 @@ pub(crate) struct PaddedBrick {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct RegionPlan {
     pub(crate) brick: PaddedBrick,
-    /// The level of the region's leaf cells; `None` in a hole.
-    pub(crate) level: Option<u8>,
-    /// Where padded coordinates are 0, in cells of `level`.
-    pub(crate) low: [f64; 3],
-    /// The box, in padded coordinates, in which the brick alone is enough; `high < low` where there is none.
-    pub(crate) pure: [[f32; 3]; 2],
-    /// Whether that is all of the region.
-    pub(crate) is_pure: bool,
+    pub(crate) frame: RegionFrame,
     /// The place of the first other brick, the number of those finer than the region, and of all.
     pub(crate) first_other: u32,
     pub(crate) finer: u16,
@@ -162,10 +156,12 @@ impl Planner<'_> {
         };
         let plan = RegionPlan {
             brick,
-            level: Some(level as u8),
-            low,
-            pure: if pure.is_empty() { [[0.0; 3], [-1.0; 3]] } else { [padded(pure.low), padded(pure.high)] },
-            is_pure: pure == whole,
+            frame: RegionFrame {
+                level: Some(level as u8),
+                low,
+                pure: if pure.is_empty() { [[0.0; 3], [-1.0; 3]] } else { [padded(pure.low), padded(pure.high)] },
+                is_pure: pure == whole,
+            },
             first_other: 0,
             finer: others.iter().filter(|other| other.0 > level).count() as u16,
             count: others.len() as u16,

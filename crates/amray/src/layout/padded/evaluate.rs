@@ -3,6 +3,7 @@
 
 use fearless_simd::prelude::*;
 
+use super::super::{RegionFrame, RegionValues};
 use super::plan::{Combination, PaddedBrick, Plan, RegionPlan};
 use super::{FLAG, HOLE, PaddedField};
 use crate::reconstruction::Method;
@@ -10,7 +11,7 @@ use crate::simd::{Floats, Gather, Integers, LANES, Mask, Naturals};
 
 /// Evaluates one method over one padded field; the values are units of the field's range.
 #[derive(Clone, Copy)]
-pub(crate) struct Evaluator<'a> {
+pub(crate) struct PaddedValues<'a> {
     pub(crate) field: &'a PaddedField,
     pub(crate) plan: &'a Plan,
     /// The value at a point of a region, in cells of the finest level, for methods without a better way.
@@ -76,10 +77,25 @@ impl<S: Gather> Layers<S> {
     }
 }
 
-impl Evaluator<'_> {
-    /// The values at points of a region's pure box, in the region's padded coordinates.
+impl RegionValues for PaddedValues<'_> {
     #[inline(always)]
-    pub(crate) fn pure<S: Gather>(&self, simd: S, region: &RegionPlan, point: [Floats<S>; 3]) -> Floats<S> {
+    fn frame(&self, region: usize) -> &RegionFrame {
+        &self.plan.regions[region].frame
+    }
+
+    #[inline(always)]
+    fn finest_cells(&self, level: u8) -> &[f64; 3] {
+        &self.plan.finest_cells[usize::from(level)]
+    }
+
+    #[inline(always)]
+    fn is_finite(&self) -> bool {
+        self.field.is_finite
+    }
+
+    #[inline(always)]
+    fn pure<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3]) -> Floats<S> {
+        let region = &self.plan.regions[region];
         match self.plan.method {
             Method::Nearest => self.nearest(simd, &region.brick, point),
             Method::Finest => {
@@ -90,28 +106,23 @@ impl Evaluator<'_> {
         }
     }
 
-    /// The values at points anywhere in the region with the place `number`.
     #[inline(always)]
-    pub(crate) fn anywhere<S: Gather>(
-        &self,
-        simd: S,
-        number: usize,
-        region: &RegionPlan,
-        point: [Floats<S>; 3],
-        active: Mask<S>,
-    ) -> Floats<S> {
+    fn anywhere<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
+        let plan = &self.plan.regions[region];
         match self.plan.combination {
-            Combination::Single if self.plan.method == Method::Nearest => self.pure(simd, region, point),
+            Combination::Single if self.plan.method == Method::Nearest => self.nearest(simd, &plan.brick, point),
             Combination::Single => {
-                let share = self.share(simd, &region.brick, point, Count::Existing);
+                let share = self.share(simd, &plan.brick, point, Count::Existing);
                 share.sum / share.weight
             }
-            Combination::Basis => self.basis(simd, region, point, active),
-            Combination::Layered => self.layered(simd, region, point, active),
-            Combination::PointByPoint => self.point_by_point(simd, number, region, point, active),
+            Combination::Basis => self.basis(simd, plan, point, active),
+            Combination::Layered => self.layered(simd, plan, point, active),
+            Combination::PointByPoint => self.point_by_point(simd, region, &plan.frame, point, active),
         }
     }
+}
 
+impl PaddedValues<'_> {
     /// sum(hat v) / sum(hat) over the leaf cells of all bricks that take part.
     #[inline(always)]
     fn basis<S: Gather>(&self, simd: S, region: &RegionPlan, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
@@ -177,17 +188,17 @@ impl Evaluator<'_> {
         &self,
         simd: S,
         number: usize,
-        region: &RegionPlan,
+        frame: &RegionFrame,
         point: [Floats<S>; 3],
         active: Mask<S>,
     ) -> Floats<S> {
-        let level = usize::from(region.level.unwrap_or(0));
+        let level = usize::from(frame.level.unwrap_or(0));
         let size = self.plan.finest_cells[level];
         let values: [f32; LANES] = std::array::from_fn(|lane| {
             if !active.test(lane) {
                 return 0.0;
             }
-            let point = std::array::from_fn(|axis| (f64::from(point[axis][lane]) + region.low[axis]) * size[axis]);
+            let point = std::array::from_fn(|axis| (f64::from(point[axis][lane]) + frame.low[axis]) * size[axis]);
             self.field.normalisation.apply((self.reference)(number, point))
         });
         Floats::from_slice(simd, &values)
@@ -207,7 +218,7 @@ impl Evaluator<'_> {
     /// corners copy them: the value changes within half a finest cell of a face only.
     #[inline(always)]
     fn onto_finest<S: Gather>(&self, simd: S, region: &RegionPlan, point: [Floats<S>; 3]) -> [Floats<S>; 3] {
-        let size = self.plan.finest_cells[usize::from(region.level.unwrap_or(0))];
+        let size = self.plan.finest_cells[usize::from(region.frame.level.unwrap_or(0))];
         let (half, zero) = (Floats::splat(simd, 0.5), Floats::splat(simd, 0.0));
         let mut moved = point;
         for axis in 0..3 {

@@ -5,9 +5,9 @@
 
 use rayon::prelude::*;
 
-use super::PaddedField;
-use super::plan::{PaddedBrick, Plan, RegionPlan};
-use crate::hierarchy::IndexBox;
+use super::RegionFrame;
+use super::padded::{PaddedBrick, PaddedField, Plan, RegionPlan};
+use crate::hierarchy::{IndexBox, Normalisation};
 use crate::index::{Index, Node, ValueRanges};
 use crate::simd::{Gather, InstructionSet, Kernel};
 
@@ -38,8 +38,8 @@ pub(crate) struct Cut {
     pub(crate) plane: i64,
 }
 
-/// The tree of all pieces, the root first.
-pub(super) fn pieces(index: &Index, ranges: &ValueRanges, plan: &Plan, field: &PaddedField) -> Vec<PieceNode> {
+/// The tree of all pieces of a padded copy, the root first.
+pub(super) fn of_padded(index: &Index, ranges: &ValueRanges, plan: &Plan, field: &PaddedField) -> Vec<PieceNode> {
     let boxes = index.region_boxes();
     let instructions = InstructionSet::best();
     let regions: Vec<Vec<PieceNode>> = boxes
@@ -52,7 +52,21 @@ pub(super) fn pieces(index: &Index, ranges: &ValueRanges, plan: &Plan, field: &P
     nodes
 }
 
-/// Appends the tree below a node of the index; returns what it holds.
+/// The tree of regions that are not cut into pieces and whose values may bend in any way.
+pub(super) fn of_regions(index: &Index, ranges: &ValueRanges, normalisation: Normalisation) -> Vec<PieceNode> {
+    let piece = |region: usize| PieceNode {
+        region: Some(region as u32),
+        range: ranges.region(region).map(|value| normalisation.apply(value.into())),
+        roughness: f32::MAX,
+        ..PieceNode::NOTHING
+    };
+    let regions: Vec<Vec<PieceNode>> = (0..index.regions().len()).map(|region| vec![piece(region)]).collect();
+    let mut nodes = Vec::with_capacity(index.nodes().len());
+    append(index, 0, &regions, &mut nodes);
+    nodes
+}
+
+/// Appends the tree below a node of the index.
 fn append(index: &Index, node: usize, regions: &[Vec<PieceNode>], nodes: &mut Vec<PieceNode>) {
     match index.nodes()[node] {
         Node::Leaf(region) => {
@@ -110,7 +124,7 @@ impl Divide<'_> {
     fn divide(&self, cells: IndexBox, nodes: &mut Vec<PieceNode>) {
         let plan = &self.plan.regions[self.number];
         let region = Some(self.number as u32);
-        let Some(level) = plan.level else { return nodes.push(PieceNode { region, ..PieceNode::NOTHING }) };
+        let Some(level) = plan.frame.level else { return nodes.push(PieceNode { region, ..PieceNode::NOTHING }) };
         let size = self.index.hierarchy().levels()[usize::from(level)].finest_cells();
         let parts: [i64; 3] = std::array::from_fn(|axis| {
             let longest = LONGEST * size[axis];
@@ -137,13 +151,13 @@ impl Divide<'_> {
     #[inline(always)]
     fn piece(&self, plan: &RegionPlan, cells: &IndexBox, size: [i64; 3]) -> PieceNode {
         let corner = |corner: [i64; 3]| -> [f64; 3] {
-            std::array::from_fn(|axis| corner[axis] as f64 / size[axis] as f64 - plan.low[axis])
+            std::array::from_fn(|axis| corner[axis] as f64 / size[axis] as f64 - plan.frame.low[axis])
         };
         let (low, high) = (corner(cells.low), corner(cells.high));
         let mut piece = PieceNode::NOTHING;
         self.scan(&plan.brick, low, high, &mut piece);
-        let inside = (0..3)
-            .all(|axis| f64::from(plan.pure[0][axis]) <= low[axis] && high[axis] <= f64::from(plan.pure[1][axis]));
+        let RegionFrame { pure, .. } = &plan.frame;
+        let inside = (0..3).all(|axis| f64::from(pure[0][axis]) <= low[axis] && high[axis] <= f64::from(pure[1][axis]));
         if inside {
             return piece;
         }

@@ -1,0 +1,103 @@
+//! How rays find their samples: from the flags, or by what fits into memory.
+
+use amray::Volume;
+use amray::render::{Engine, Integration, Layout};
+use clap::{Args, ValueEnum};
+use serde::Serialize;
+
+use crate::{memory, number};
+
+/// How rays are sampled.
+#[derive(Debug, Default, Args)]
+pub(crate) struct SamplingArguments {
+    /// How rays find their samples: march through regions, or query the tree for every sample (as the paper has it)
+    #[arg(long, value_name = "ENGINE", default_value = "march")]
+    engine: EngineName,
+    /// Where marching has its values: in a padded copy (fastest), in place, or padded if that fits the memory budget
+    #[arg(long, value_name = "LAYOUT", default_value = "auto")]
+    layout: LayoutChoice,
+    /// The most memory, in gigabytes, that a padded copy may take [default: half of what is available]
+    #[arg(long, value_name = "GB", value_parser = number::positive)]
+    memory_budget: Option<f64>,
+    /// Integrate the transfer function between samples, or take it at samples
+    #[arg(long, value_name = "ON|OFF", default_value = "on")]
+    pub(crate) preintegrate: Switch,
+    /// Sample every cell, also where nothing is seen or nothing changes
+    #[arg(long)]
+    pub(crate) every_cell: bool,
+}
+
+/// A way for rays to find their samples.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum EngineName {
+    #[default]
+    March,
+    Query,
+}
+
+/// A wish for where values are.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+enum LayoutChoice {
+    #[default]
+    Auto,
+    Padded,
+    InPlace,
+}
+
+/// On or off.
+#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+pub(crate) enum Switch {
+    #[default]
+    On,
+    Off,
+}
+
+impl From<Switch> for Integration {
+    fn from(preintegrate: Switch) -> Self {
+        match preintegrate {
+            Switch::On => Self::Preintegrated,
+            Switch::Off => Self::AtSamples,
+        }
+    }
+}
+
+/// Where samples come from, as `--json` says it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum LayoutName {
+    Padded,
+    InPlace,
+    Query,
+}
+
+impl From<Engine> for LayoutName {
+    fn from(engine: Engine) -> Self {
+        match engine {
+            Engine::March(Layout::Padded) => Self::Padded,
+            Engine::March(Layout::InPlace) => Self::InPlace,
+            Engine::Query => Self::Query,
+        }
+    }
+}
+
+impl SamplingArguments {
+    /// The engine for a volume.
+    pub(crate) fn engine(&self, volume: &Volume) -> Engine {
+        match (self.engine, self.layout) {
+            (EngineName::Query, _) => Engine::Query,
+            (EngineName::March, LayoutChoice::Padded) => Engine::March(Layout::Padded),
+            (EngineName::March, LayoutChoice::InPlace) => Engine::March(Layout::InPlace),
+            (EngineName::March, LayoutChoice::Auto) => Engine::March(self.fitting(volume)),
+        }
+    }
+
+    /// A padded copy if it fits the budget.
+    fn fitting(&self, volume: &Volume) -> Layout {
+        let budget = match self.memory_budget {
+            Some(gigabytes) => (gigabytes * 1e9) as u64,
+            // Where the system does not tell, what every computer has to spare.
+            None => memory::available().map_or(1 << 30, |bytes| bytes / 2),
+        };
+        if volume.layout_bytes(Layout::Padded) <= budget { Layout::Padded } else { Layout::InPlace }
+    }
+}

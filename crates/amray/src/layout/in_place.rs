@@ -1,0 +1,115 @@
+//! Values sampled where they are: in a mapped file, or in someone else's memory.
+
+use fearless_simd::SimdMask;
+
+use super::pieces::{self, PieceNode};
+use super::{RegionFrame, RegionValues, normalisation};
+use crate::Volume;
+use crate::hierarchy::Voxel;
+use crate::index::{Index, Region};
+use crate::reconstruction::{Method, PacketPoints, PacketSampler};
+use crate::simd::{Floats, Gather, LANES, Mask};
+
+/// How to march through a volume whose values stay where they are.
+#[derive(Clone, Debug)]
+pub(crate) struct InPlacePlan {
+    pub(crate) pieces: Vec<PieceNode>,
+    frames: Vec<RegionFrame>,
+    /// Per region, the place of its finest brick.
+    bricks: Vec<u32>,
+    /// Per level, cells of the finest level per cell.
+    finest_cells: Vec<[f64; 3]>,
+}
+
+impl InPlacePlan {
+    pub(crate) fn new(volume: &Volume) -> Self {
+        let index = volume.index();
+        let placed = index.regions().iter().zip(index.region_boxes()).map(|(region, cells)| {
+            let Some((level, place)) = region.finest_level().and_then(|level| index.finest_brick(region, level)) else {
+                return (RegionFrame::default(), 0);
+            };
+            let (pure, whole) = (pure(index, region, level, volume.method()), [cells.low, cells.high]);
+            let description = &index.hierarchy().levels()[level];
+            let low = description.brick_at(place).low.map(|cell| cell as f64 + 0.5);
+            let size = description.finest_cells();
+            let local = |corner: [f64; 3]| -> [f32; 3] {
+                std::array::from_fn(|axis| (corner[axis] / size[axis] as f64 - low[axis]) as f32)
+            };
+            let is_pure = pure == whole.map(|corner| corner.map(|cell| cell as f64));
+            (RegionFrame { level: Some(level as u8), low, pure: pure.map(local), is_pure }, place as u32)
+        });
+        let (frames, bricks) = placed.unzip();
+        let levels = index.hierarchy().levels().iter();
+        Self {
+            pieces: pieces::of_regions(index, volume.ranges(), normalisation(volume)),
+            frames,
+            bricks,
+            finest_cells: levels.map(|level| level.finest_cells().map(|cells| cells as f64)).collect(),
+        }
+    }
+
+    /// Bytes of memory that it takes.
+    pub(crate) fn bytes(&self) -> u64 {
+        (size_of_val(&*self.pieces) + size_of_val(&*self.frames) + size_of_val(&*self.bricks)) as u64
+    }
+}
+
+/// The box, in cells of the finest level, in which a region's finest brick alone has the values that a method needs.
+fn pure(index: &Index, region: &Region, level: usize, method: Method) -> [[f64; 3]; 2] {
+    match method {
+        // Found in the brick, but only by the packets' own way.
+        Method::Nearest => [[0.0; 3], [-1.0; 3]],
+        Method::Finest if level < index.hierarchy().finest_level() => [[0.0; 3], [-1.0; 3]],
+        _ => region.interior(),
+    }
+}
+
+/// A field whose values stay where they are.
+pub(crate) struct InPlace<'a, T> {
+    pub(crate) plan: &'a InPlacePlan,
+    pub(crate) sampler: &'a PacketSampler<'a, T>,
+}
+
+impl<T: Voxel> RegionValues for InPlace<'_, T> {
+    #[inline(always)]
+    fn frame(&self, region: usize) -> &RegionFrame {
+        &self.plan.frames[region]
+    }
+
+    #[inline(always)]
+    fn finest_cells(&self, level: u8) -> &[f64; 3] {
+        &self.plan.finest_cells[usize::from(level)]
+    }
+
+    #[inline(always)]
+    fn is_finite(&self) -> bool {
+        false
+    }
+
+    #[inline(always)]
+    fn pure<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3]) -> Floats<S> {
+        if !self.sampler.is_packed() {
+            return self.anywhere(simd, region, point, Mask::splat(simd, true));
+        }
+        self.sampler.in_brick(simd, self.plan.bricks[region] as usize, point)
+    }
+
+    #[inline(never)]
+    fn anywhere<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
+        let frame = self.frame(region);
+        let size = self.finest_cells(frame.level.unwrap_or(0));
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut points: PacketPoints = [[0.0; LANES]; 3];
+                for axis in 0..3 {
+                    let lanes: [f32; LANES] = point[axis].into();
+                    for lane in 0..LANES {
+                        points[axis][lane] = (f64::from(lanes[lane]) + frame.low[axis]) * size[axis];
+                    }
+                }
+                self.sampler.sample(simd, &points, active).values
+            },
+        )
+    }
+}

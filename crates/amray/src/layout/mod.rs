@@ -1,0 +1,64 @@
+//! How values lie in memory for marching, and how regions are sampled there with no search: padded copies of all bricks,
+//! or the values where they are.
+
+mod in_place;
+mod padded;
+mod pieces;
+
+use crate::Volume;
+use crate::hierarchy::{Normalisation, with_voxels};
+use crate::simd::{Floats, Gather, Mask};
+
+pub(crate) use in_place::{InPlace, InPlacePlan};
+pub(crate) use padded::{Padded, PaddedValues, padded_bytes};
+pub(crate) use pieces::PieceNode;
+
+/// Where [`Engine::March`](crate::render::Engine::March) has its values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Layout {
+    /// In a copy in single precision, each brick with one more cell on every side: fastest.
+    Padded,
+    /// Where the field has them, for data larger than memory.
+    InPlace,
+}
+
+/// Where a region lies in the brick that is its finest.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct RegionFrame {
+    /// The level of the region's leaf cells; `None` in a hole.
+    pub(crate) level: Option<u8>,
+    /// Where local coordinates are 0, in cells of that level; they count in cells, too.
+    pub(crate) low: [f64; 3],
+    /// The box, in local coordinates, in which the brick alone is enough; `high < low` where there is none.
+    pub(crate) pure: [[f32; 3]; 2],
+    /// Whether that is all of the region.
+    pub(crate) is_pure: bool,
+}
+
+/// Samples a field region by region, sixteen points at a time. Values are normalised.
+pub(crate) trait RegionValues: Sync {
+    /// Where a region lies.
+    fn frame(&self, region: usize) -> &RegionFrame;
+
+    /// Cells of the finest level per cell of `level`.
+    fn finest_cells(&self, level: u8) -> &[f64; 3];
+
+    /// Whether all values are known to be finite.
+    fn is_finite(&self) -> bool;
+
+    /// The values at points of the region's pure box, in its local coordinates.
+    fn pure<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3]) -> Floats<S>;
+
+    /// The values at `active` points anywhere in the region.
+    fn anywhere<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S>;
+}
+
+/// The normalisation of a volume's values for marching.
+pub(crate) fn normalisation(volume: &Volume) -> Normalisation {
+    let range = volume.ranges().whole().map(f64::from);
+    if range.iter().all(|end| end.is_finite()) {
+        return Normalisation::of_range(range);
+    }
+    // Values beyond single precision.
+    with_voxels!(volume.field().values(), bricks => Normalisation::probe(bricks))
+}

@@ -1,0 +1,72 @@
+//! The paper's design (section 5.3): rays ask the kd-tree for every sample, sixteen at a time. Steps fit the leaf cell
+//! that the last sample was in, and nothing is skipped: what marching is measured against.
+
+use fearless_simd::prelude::*;
+
+use super::march::Rays;
+use super::packet::Packet;
+use super::traverse::Span;
+use super::{Integration, RenderStatistics, Trace};
+use crate::appearance::{Light, Segments, Window};
+use crate::hierarchy::Voxel;
+use crate::reconstruction::{PacketPoints, PacketSampler};
+use crate::simd::{Doubles, Floats, Gather, Mask};
+
+/// Everything that the packets of a picture share.
+pub(super) struct Query<'a, T> {
+    pub(super) sampler: &'a PacketSampler<'a, T>,
+    pub(super) segments: &'a Segments,
+    pub(super) integration: Integration,
+    /// Per level, the step over that on level 0.
+    pub(super) steps: &'a [f32],
+}
+
+impl<T: Voxel> Trace for Query<'_, T> {
+    type Scratch<S: Gather> = ();
+
+    #[inline(always)]
+    fn trace<S: Gather>(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        span: &Span<S>,
+        (): &mut (),
+        statistics: &mut RenderStatistics,
+    ) -> Light<S> {
+        let zero = Floats::splat(simd, 0.0);
+        let mut active = span.enter.simd_lt(span.leave);
+        let mut rays = Rays::new(simd);
+        let mut integral = rays.integral(simd, self.segments);
+        let (mut at, end) = (Doubles::from_floats(span.enter), Doubles::from_floats(span.leave));
+        let mut length = zero;
+        let mut begun = Mask::splat(simd, false);
+        let window = Window::all(self.segments);
+        while active.any_true() {
+            let mut points: PacketPoints = [[0.0; 16]; 3];
+            for axis in 0..3 {
+                points[axis] = at.mul_add(packet.direction[axis], packet.start[axis]).store();
+            }
+            let samples = self.sampler.sample(simd, &points, active);
+            statistics.samples += u64::from(active.to_bitmask().count_ones());
+            let place = self.segments.place(simd, samples.values, window);
+            let seen = active & begun;
+            let next = rays.add(simd, (self.segments, self.integration, false), &integral, place, length, seen);
+            integral = next;
+            rays.last = place;
+            begun = active;
+            // The next point of the lattice whose step fits the leaf cell; the ray's end is the last sample.
+            let finest = simd.look_up(self.steps, samples.levels);
+            let step = packet.coarse_step * Doubles::from_floats(finest);
+            // A place on the lattice is not ahead of itself, however it was rounded.
+            let place = (at - packet.offset).mul_add(step.recip(simd), Doubles::splat(simd, 1.0 + 1e-6));
+            let ahead = place.floor();
+            let next = ahead.mul_add(step, packet.offset);
+            active &= !at.to_floats().simd_ge(span.leave);
+            active &= rays.clear(simd);
+            let next = next.min(end);
+            length = (next - at).to_floats();
+            at = next;
+        }
+        rays.light
+    }
+}
