@@ -52,18 +52,29 @@ pub(super) fn of_padded(index: &Index, ranges: &ValueRanges, plan: &Plan, field:
     nodes
 }
 
-/// The tree of regions that are not cut into pieces and whose values may bend in any way.
+/// The tree of regions that are not cut into pieces, of which no more is known than their values' ranges.
 pub(super) fn of_regions(index: &Index, ranges: &ValueRanges, normalisation: Normalisation) -> Vec<PieceNode> {
-    let piece = |region: usize| PieceNode {
-        region: Some(region as u32),
-        range: ranges.region(region).map(|value| normalisation.apply(value.into())),
-        roughness: f32::MAX,
-        ..PieceNode::NOTHING
-    };
-    let regions: Vec<Vec<PieceNode>> = (0..index.regions().len()).map(|region| vec![piece(region)]).collect();
+    let pieces = index.region_boxes().into_iter().enumerate().map(|(number, cells)| {
+        let level = index.regions()[number].finest_level().unwrap_or(0);
+        let size = index.hierarchy().levels()[level].finest_cells();
+        let range = ranges.region(number).map(|value| normalisation.apply(value.into()));
+        vec![PieceNode {
+            region: Some(number as u32),
+            cut: None,
+            range,
+            width: width(&cells, size),
+            // Each of three second differences is at most twice the range.
+            roughness: 6.0 * (range[1] - range[0]).max(0.0),
+        }]
+    });
     let mut nodes = Vec::with_capacity(index.nodes().len());
-    append(index, 0, &regions, &mut nodes);
+    append(index, 0, &pieces.collect::<Vec<_>>(), &mut nodes);
     nodes
+}
+
+/// Cells of a size, in cells of the finest level, along the longest side of a box.
+fn width(cells: &IndexBox, size: [i64; 3]) -> f32 {
+    (0..3).map(|axis| cells.size()[axis] as f32 / size[axis] as f32).fold(0.0, f32::max)
 }
 
 /// Appends the tree below a node of the index.
@@ -131,7 +142,7 @@ impl Divide<'_> {
             (cells.size()[axis] + longest - 1) / longest
         });
         let axis = (0..3).fold(0, |widest, axis| if parts[axis] > parts[widest] { axis } else { widest });
-        let width = cells.size()[axis] as f32 / size[axis] as f32;
+        let width = width(&cells, size);
         if parts[axis] <= 1 {
             return nodes.push(PieceNode { region, width, ..self.piece(plan, &cells, size) });
         }

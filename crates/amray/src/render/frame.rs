@@ -3,18 +3,18 @@
 use fearless_simd::prelude::*;
 
 use super::march::{March, length_of};
-use super::packet::{Packet, SIDE};
+use super::packet::{PACKETS, Packet, SIDE};
 use super::query::Query;
 use super::traverse::Span;
 use super::visibility::{NodeLook, Visibility, steps};
 use super::{Engine, Layout, RenderOptions, RenderStatistics, Trace};
 use crate::Volume;
-use crate::appearance::Segments;
+use crate::appearance::{Light, Segments};
 use crate::hierarchy::{FieldValues, with_voxels};
 use crate::layout::{InPlace, InPlacePlan, Padded, PaddedValues, normalisation};
 use crate::reconstruction::{PacketSampler, Sampler};
 use crate::scene::{PicturePlane, Scene};
-use crate::simd::{Doubles, Gather, InstructionSet, Kernel, LANES, SHORT_TABLES};
+use crate::simd::{Doubles, Floats, Gather, InstructionSet, Kernel, LANES, Mask, SHORT_TABLES};
 
 type Reference<'a> = Box<dyn Fn(usize, [f64; 3]) -> f64 + Sync + 'a>;
 
@@ -162,40 +162,59 @@ impl<E: Trace> Kernel for TileKernel<'_, E> {
         let mut pixels = vec![[0.0; 4]; size[0] * size[1]];
         let mut statistics = RenderStatistics::default();
         let mut scratch = E::Scratch::<S>::default();
-        for (top, left) in (0..size[1]).step_by(SIDE).flat_map(|y| (0..size[0]).step_by(SIDE).map(move |x| (y, x))) {
+        let lefts = (0..size[0]).step_by(SIDE * PACKETS);
+        for (top, left) in (0..size[1]).step_by(SIDE).flat_map(|top| lefts.clone().map(move |left| (top, left))) {
             for number in 0..count {
-                let place = place_in_pixel(number, count, frame.phase);
-                let phase = frame.phase + number as f64 * GOLDEN;
-                let (mut x, mut y, mut shift) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-                for lane in 0..LANES {
-                    let column = (corner[0] + left + lane % SIDE) as f64;
-                    let row = (corner[1] + top + lane / SIDE) as f64;
-                    x[lane] = column + place[0];
-                    y[lane] = row + place[1];
-                    shift[lane] = lattice_shift([column, row], phase);
+                let mut packets = [frame.packet(simd, [corner[0] + left, corner[1] + top], number); PACKETS];
+                for packet in 1..PACKETS {
+                    let left = corner[0] + left + packet * SIDE;
+                    packets[packet] = frame.packet(simd, [left, corner[1] + top], number);
                 }
-                let pixels_at = [Doubles::load(simd, &x), Doubles::load(simd, &y)];
-                let shift = Doubles::load(simd, &shift);
-                let packet = Packet::new(simd, index, &frame.plane, pixels_at, shift, frame.options.samples_per_cell);
-                let [enter, leave] = packet.clip(simd, low, high);
-                let span = Span { enter, leave };
-                statistics.ray_length += length_of(simd, &span, enter.simd_lt(leave));
-                let light = engine.trace(simd, &packet, &span, &mut scratch, &mut statistics);
-                for lane in 0..LANES {
-                    let (x, y) = (left + lane % SIDE, top + lane / SIDE);
-                    if x < size[0] && y < size[1] {
-                        statistics.rays += 1;
-                        let pixel = &mut pixels[y * size[0] + x];
-                        let alpha = 1.0 - light.transmittance[lane];
-                        let color = [light.color[0][lane], light.color[1][lane], light.color[2][lane], alpha];
-                        for (sum, channel) in pixel.iter_mut().zip(color) {
-                            *sum += channel / count as f32;
+                let nowhere = Floats::splat(simd, 0.0);
+                let mut span = Span { enter: [nowhere; PACKETS], leave: [nowhere; PACKETS] };
+                let mut inside = [Mask::splat(simd, false); PACKETS];
+                for packet in 0..PACKETS {
+                    [span.enter[packet], span.leave[packet]] = packets[packet].clip(simd, low, high);
+                    inside[packet] = span.enter[packet].simd_lt(span.leave[packet]);
+                }
+                statistics.ray_length += length_of(simd, &span, &inside);
+                let lights = engine.trace(simd, &packets, &span, &mut scratch, &mut statistics);
+                for packet in 0..PACKETS {
+                    let Light { color: [red, green, blue], transmittance } = lights[packet];
+                    for lane in 0..LANES {
+                        let (x, y) = (left + packet * SIDE + lane % SIDE, top + lane / SIDE);
+                        if x < size[0] && y < size[1] {
+                            statistics.rays += 1;
+                            let color = [red[lane], green[lane], blue[lane], 1.0 - transmittance[lane]];
+                            for (sum, channel) in pixels[y * size[0] + x].iter_mut().zip(color) {
+                                *sum += channel / count as f32;
+                            }
                         }
                     }
                 }
             }
         }
         (pixels, statistics)
+    }
+}
+
+impl Frame<'_> {
+    /// The rays `number` of the pixels from `corner` on.
+    #[inline(always)]
+    fn packet<S: Gather>(&self, simd: S, corner: [usize; 2], number: usize) -> Packet<S> {
+        let place = place_in_pixel(number, self.options.samples_per_pixel, self.phase);
+        let phase = self.phase + number as f64 * GOLDEN;
+        let (mut x, mut y, mut shift) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for lane in 0..LANES {
+            let (column, row) = ((corner[0] + lane % SIDE) as f64, (corner[1] + lane / SIDE) as f64);
+            x[lane] = column + place[0];
+            y[lane] = row + place[1];
+            shift[lane] = lattice_shift([column, row], phase);
+        }
+        let pixels = [Doubles::load(simd, &x), Doubles::load(simd, &y)];
+        let shift = Doubles::load(simd, &shift);
+        let samples_per_cell = self.options.samples_per_cell;
+        Packet::new(simd, self.volume.index(), &self.plane, pixels, shift, samples_per_cell)
     }
 }
 

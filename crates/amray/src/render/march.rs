@@ -1,10 +1,8 @@
 //! Marching: a packet of rays visits the regions that are seen, front to back, and samples them with no search.
 
-use std::ops::Range;
-
 use fearless_simd::prelude::*;
 
-use super::packet::Packet;
+use super::packet::{Masks, PACKETS, Packet, Packets};
 use super::traverse::{Span, Stack, Visitor, traverse};
 use super::visibility::{NodeLook, SeenLook};
 use super::{Integration, RenderStatistics, Trace};
@@ -39,19 +37,23 @@ impl<V: RegionValues> Trace for March<'_, V> {
     fn trace<S: Gather>(
         &self,
         simd: S,
-        packet: &Packet<S>,
+        packets: &Packets<S>,
         span: &Span<S>,
         stack: &mut Stack<S>,
         statistics: &mut RenderStatistics,
-    ) -> Light<S> {
-        let mut marcher = Marcher::new(simd, self, packet, span, *statistics);
-        traverse(simd, self.pieces, self.looks, packet, *span, stack, &mut marcher);
+    ) -> [Light<S>; PACKETS] {
+        let mut marcher = Marcher::new(simd, self, packets, span, *statistics);
+        traverse(simd, self.pieces, self.looks, packets, *span, stack, &mut marcher);
         *statistics = marcher.statistics;
-        marcher.rays.light
+        let mut lights = [Light::none(simd); PACKETS];
+        for number in 0..PACKETS {
+            lights[number] = marcher.rays[number].light;
+        }
+        lights
     }
 }
 
-/// A packet under way.
+/// Packets under way.
 ///
 /// Samples lie on one lattice along each ray, shifted per pixel; a finer region's lattice holds the points of a coarser
 /// one's. Light is added for the interval between a sample and the one before, wherever that was. Where rays come out
@@ -59,17 +61,37 @@ impl<V: RegionValues> Trace for March<'_, V> {
 struct Marcher<'a, S: Gather, V> {
     simd: S,
     march: &'a March<'a, V>,
-    packet: &'a Packet<S>,
+    packets: &'a Packets<S>,
     /// Where the rays leave the volume.
-    end: Floats<S>,
-    rays: Rays<S>,
+    end: [Floats<S>; PACKETS],
+    rays: [Rays<S>; PACKETS],
     /// Rays through which something behind can be seen.
-    clear: Mask<S>,
+    clear: Masks<S>,
     /// Rays that have a sample to go on from.
-    begun: Mask<S>,
+    begun: Masks<S>,
     /// Where that sample was.
-    last_at: Doubles<S>,
+    last_at: [Doubles<S>; PACKETS],
     statistics: RenderStatistics,
+}
+
+/// A packet on its way through one region.
+#[derive(Clone, Copy)]
+struct Course<S: Gather> {
+    /// The first point, in the region's local coordinates, and how far a step goes.
+    start: [Floats<S>; 3],
+    stride: [Floats<S>; 3],
+    /// How many samples each ray takes, and the most of them.
+    counts: Floats<S>,
+    most: f32,
+    first_at: Doubles<S>,
+    step: Floats<S>,
+    /// How far it is from the last sample to the next.
+    length: Floats<S>,
+    /// From the first to the last step at which all rays are in the region's pure box.
+    pure: [f32; 2],
+    /// From which step on the last samples lie on the one segment that there is.
+    on_segment: f32,
+    integral: Glow<S>,
 }
 
 /// What changes with every sample.
@@ -92,121 +114,170 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
     fn new(
         simd: S,
         march: &'a March<'a, V>,
-        packet: &'a Packet<S>,
+        packets: &'a Packets<S>,
         span: &Span<S>,
         statistics: RenderStatistics,
     ) -> Self {
+        let none = Mask::splat(simd, false);
+        let mut clear = [none; PACKETS];
+        for number in 0..PACKETS {
+            clear[number] = span.enter[number].simd_lt(span.leave[number]);
+        }
         Self {
             simd,
             march,
-            packet,
+            packets,
             end: span.leave,
-            rays: Rays::new(simd),
-            clear: span.enter.simd_lt(span.leave),
-            begun: Mask::splat(simd, false),
-            last_at: Doubles::splat(simd, 0.0),
+            rays: [Rays::new(simd); PACKETS],
+            clear,
+            begun: [none; PACKETS],
+            last_at: [Doubles::splat(simd, 0.0); PACKETS],
             statistics,
         }
     }
 
-    /// Takes samples of `rays` at `at`, on the region's face, and adds the intervals that end there for `joined` rays.
+    /// Takes samples of a packet's `rays` at `at`, on the region's face, and adds the intervals that end there for
+    /// `joined` rays.
     #[inline(never)]
-    fn sample_on_face(&mut self, region: usize, at: Floats<S>, rays: Mask<S>, joined: Mask<S>, window: Window) {
+    fn sample_on_face(&mut self, packet: usize, region: usize, at: Floats<S>, rays: Mask<S>, joined: Mask<S>) {
         let simd = self.simd;
         simd.vectorize(
             #[inline(always)]
             || {
                 let at = Doubles::from_floats(at);
-                let point = self.local(region).at(simd, at);
+                let point = self.local(packet, region).at(simd, at);
                 let value = self.march.values.anywhere(simd, region, point, rays);
-                let place = self.march.segments.place(simd, value, window);
-                let length = (at - self.last_at).to_floats();
-                let integral = self.rays.integral(simd, self.march.segments);
-                self.rays.add(simd, self.march.how(), &integral, place, length, joined);
-                self.rays.last = Place::select(rays, place, self.rays.last);
-                self.last_at = Doubles::select(simd, rays, at, self.last_at);
+                let place = self.march.segments.place(simd, value, Window::all(self.march.segments));
+                let length = (at - self.last_at[packet]).to_floats();
+                let state = &mut self.rays[packet];
+                let integral = state.integral(simd, self.march.segments);
+                state.add(simd, self.march.how(), &integral, place, length, joined);
+                state.last = Place::select(rays, place, state.last);
+                self.last_at[packet] = Doubles::select(simd, rays, at, self.last_at[packet]);
                 self.statistics.samples += u64::from(rays.to_bitmask().count_ones());
             },
         );
     }
 
     #[inline(always)]
-    fn local(&self, region: usize) -> LocalRays<'a, S> {
+    fn local(&self, packet: usize, region: usize) -> LocalRays<'a, S> {
         let frame = self.march.values.frame(region);
         let size = self.march.values.finest_cells(frame.level.unwrap_or(0));
-        LocalRays { packet: self.packet, frame, scale: [size[0].recip(), size[1].recip(), size[2].recip()] }
+        let packet = &self.packets[packet];
+        LocalRays { packet, frame, scale: [size[0].recip(), size[1].recip(), size[2].recip()] }
+    }
+
+    /// The way of a packet's `rays` through a region.
+    #[inline(always)]
+    fn course(
+        &self,
+        packet: usize,
+        region: usize,
+        look: &SeenLook,
+        [enter, leave]: [Floats<S>; 2],
+        rays: Mask<S>,
+    ) -> Course<S> {
+        let simd = self.simd;
+        let Packet { coarse_step, coarse_rate, offset, .. } = self.packets[packet];
+        let step = coarse_step * Doubles::splat(simd, f64::from(look.step));
+        let rate = coarse_rate * Doubles::splat(simd, f64::from(look.step.recip()));
+        let start = ((Doubles::from_floats(enter) - offset) * rate).ceil();
+        let end = ((Doubles::from_floats(leave) - offset) * rate).ceil();
+        let first_at = start.mul_add(step, offset);
+        let counts = rays.select((end - start).to_floats(), Floats::splat(simd, 0.0));
+        let local = self.local(packet, region);
+        let start = local.at(simd, first_at);
+        let step = step.to_floats();
+        let stride = local.stride(simd, step);
+        let state = &self.rays[packet];
+        let window = look.window;
+        let (mut on_segment, mut integral) = (f32::INFINITY, Glow::none(simd));
+        if window.first == window.last && self.march.values.is_finite() {
+            let segment = Integers::splat(simd, i32::from(window.first));
+            let elsewhere = state.last.segment.simd_ne(segment) & counts.simd_gt(Floats::splat(simd, 0.0));
+            on_segment = if elsewhere.any_true() { 1.0 } else { 0.0 };
+        }
+        if on_segment > 0.0 {
+            integral = state.integral(simd, self.march.segments);
+        }
+        Course {
+            start,
+            stride,
+            counts,
+            most: simd.reduce_max_f32x16(counts),
+            first_at,
+            step,
+            length: (first_at - self.last_at[packet]).to_floats(),
+            pure: pure_steps(simd, local.frame, &start, &stride, counts),
+            on_segment,
+            integral,
+        }
     }
 
     /// The samples of a region that is seen.
     #[inline(always)]
-    fn march_through(&mut self, region: usize, look: &SeenLook, span: &Span<S>, rays: Mask<S>) {
+    fn march_through(&mut self, region: usize, look: &SeenLook, span: &Span<S>, rays: &Masks<S>) {
         let simd = self.simd;
-        let packet = self.packet;
-        let step = packet.coarse_step * Doubles::splat(simd, f64::from(look.step));
-        let rate = packet.coarse_rate * Doubles::splat(simd, f64::from(look.step.recip()));
-        let start = ((Doubles::from_floats(span.enter) - packet.offset) * rate).ceil();
-        let end = ((Doubles::from_floats(span.leave) - packet.offset) * rate).ceil();
-        let count = end - start;
-        let first_at = start.mul_add(step, packet.offset);
-        let counts = rays.select(count.to_floats(), Floats::splat(simd, 0.0));
-        let most = simd.reduce_max_f32x16(counts);
-        if most < 1.0 {
-            return;
-        }
-        let local = self.local(region);
-        let start = local.at(simd, first_at);
-        let step = step.to_floats();
-        let stride = local.stride(simd, step);
-        let pure = pure_steps(simd, local.frame, &start, &stride, counts);
         let March { values, segments, .. } = self.march;
-        let mut state = self.rays;
-        let mut statistics = self.statistics;
-        let mut length = (first_at - self.last_at).to_floats();
-        // Where all values lie on one segment, no integrals are needed between them.
-        let one_segment = look.window.first == look.window.last && values.is_finite();
-        let slopes = segments.slopes(simd, Integers::splat(simd, i32::from(look.window.first)));
-        let mut integral = state.integral(simd, segments);
-        let mut number = 0.0f32;
-        while number < most {
-            let numbers = Floats::splat(simd, number);
-            // Rays that have become opaque go on with the others, but add nothing: if samples waited for the light of
-            // those before, no two steps would overlap.
-            let active = numbers.simd_lt(counts);
-            let seen = active & state.clear(simd);
-            let mut point = start;
-            for axis in 0..3 {
-                point[axis] = numbers.mul_add(stride[axis], start[axis]);
-            }
-            let samples = u64::from(active.to_bitmask().count_ones());
-            statistics.samples += samples;
-            let value = if pure.contains(&number) {
-                statistics.interior_samples += samples;
-                values.pure(simd, region, point)
-            } else {
-                values.anywhere(simd, region, point, active)
-            };
-            let place = segments.place(simd, value, look.window);
-            if number > 0.0 && one_segment {
-                let mean = slopes.mean(simd, state.last.position, place.position);
-                state.light.add(simd, &mean, length, seen);
-            } else {
-                let next = state.add(simd, self.march.how(), &integral, place, length, seen);
-                integral = Glow::select(active, next, integral);
-            }
-            state.last = Place::select(active, place, state.last);
-            length = step;
-            number += 1.0;
-            if (state.clear(simd) & numbers.simd_lt(counts)).all_false() {
-                break;
-            }
+        let mut courses = [self.course(0, region, look, [span.enter[0], span.leave[0]], rays[0]); PACKETS];
+        for packet in 1..PACKETS {
+            courses[packet] = self.course(packet, region, look, [span.enter[packet], span.leave[packet]], rays[packet]);
         }
-        self.clear &= state.clear(simd);
-        self.rays = state;
+        // Where all values lie on one segment, no integrals are needed between them.
+        let slopes = segments.slopes(simd, Integers::splat(simd, i32::from(look.window.first)));
+        let mut states = self.rays;
+        let mut statistics = self.statistics;
+        let mut number = 0.0f32;
+        let mut under_way = true;
+        while under_way {
+            under_way = false;
+            // Packets take turns: while one waits for its values, the other one computes.
+            for packet in 0..PACKETS {
+                let course = &mut courses[packet];
+                if number >= course.most {
+                    continue;
+                }
+                let state = &mut states[packet];
+                let numbers = Floats::splat(simd, number);
+                // Rays that have become opaque go on with the others, but add nothing: if samples waited for the light
+                // of those before, no two steps would overlap.
+                let active = numbers.simd_lt(course.counts);
+                let seen = active & state.clear(simd);
+                let mut point = course.start;
+                for axis in 0..3 {
+                    point[axis] = numbers.mul_add(course.stride[axis], course.start[axis]);
+                }
+                let samples = u64::from(active.to_bitmask().count_ones());
+                statistics.samples += samples;
+                let value = if course.pure[0] <= number && number <= course.pure[1] {
+                    statistics.interior_samples += samples;
+                    values.pure(simd, region, point)
+                } else {
+                    values.anywhere(simd, region, point, active)
+                };
+                let place = segments.place(simd, value, look.window);
+                if number >= course.on_segment {
+                    let mean = slopes.mean(simd, state.last.position, place.position);
+                    state.light.add(simd, &mean, course.length, seen);
+                } else {
+                    let next = state.add(simd, self.march.how(), &course.integral, place, course.length, seen);
+                    course.integral = Glow::select(active, next, course.integral);
+                }
+                state.last = Place::select(active, place, state.last);
+                course.length = course.step;
+                under_way |= number + 1.0 < course.most && (seen & state.clear(simd)).any_true();
+            }
+            number += 1.0;
+        }
         self.statistics = statistics;
-        let one = Floats::splat(simd, 1.0);
-        let sampled = counts.simd_ge(one);
-        let last_at = Doubles::from_floats(counts - one).mul_add(Doubles::from_floats(step), first_at);
-        self.last_at = Doubles::select(simd, sampled, last_at, self.last_at);
+        for packet in 0..PACKETS {
+            let Course { counts, first_at, step, .. } = courses[packet];
+            self.clear[packet] &= states[packet].clear(simd);
+            self.rays[packet] = states[packet];
+            let one = Floats::splat(simd, 1.0);
+            let last_at = Doubles::from_floats(counts - one).mul_add(Doubles::from_floats(step), first_at);
+            self.last_at[packet] = Doubles::select(simd, counts.simd_ge(one), last_at, self.last_at[packet]);
+        }
     }
 }
 
@@ -268,48 +339,53 @@ impl<S: Gather> Rays<S> {
 
 impl<S: Gather, V: RegionValues> Visitor<S> for Marcher<'_, S, V> {
     #[inline(always)]
-    fn skip(&mut self, span: &Span<S>, rays: Mask<S>) {
+    fn skip(&mut self, span: &Span<S>, rays: &Masks<S>) {
         self.statistics.skipped_length += length_of(self.simd, span, rays);
     }
 
     #[inline(always)]
-    fn going(&self) -> Mask<S> {
-        self.clear
+    fn going(&self) -> &Masks<S> {
+        &self.clear
     }
 
     #[inline(always)]
-    fn begun(&self) -> Mask<S> {
-        self.begun
+    fn begun(&self) -> &Masks<S> {
+        &self.begun
     }
 
     #[inline(always)]
-    fn visit(&mut self, region: usize, look: Option<&SeenLook>, span: &Span<S>, rays: Mask<S>) {
+    fn visit(&mut self, region: usize, look: Option<&SeenLook>, span: &Span<S>, rays: &Masks<S>) {
         let simd = self.simd;
         self.statistics.region_visits += 1;
-        if self.march.values.frame(region).level.is_none() {
-            // A hole: the last value goes on up to it.
-            let length = (Doubles::from_floats(span.enter) - self.last_at).to_floats();
-            let integral = self.rays.integral(simd, self.march.segments);
-            self.rays.add(simd, self.march.how(), &integral, self.rays.last, length, rays & self.begun);
-            self.begun &= !rays;
-            return;
+        let is_hole = self.march.values.frame(region).level.is_none();
+        for packet in 0..PACKETS {
+            let (enter, rays, begun) = (span.enter[packet], rays[packet], self.begun[packet]);
+            let ending = rays & begun;
+            let beginning = rays & !begun;
+            if is_hole && ending.any_true() {
+                // The last value goes on up to the hole.
+                let length = (Doubles::from_floats(enter) - self.last_at[packet]).to_floats();
+                let state = &mut self.rays[packet];
+                let (integral, last) = (state.integral(simd, self.march.segments), state.last);
+                state.add(simd, self.march.how(), &integral, last, length, ending);
+                self.begun[packet] &= !ending;
+            } else if look.is_none() && ending.any_true() {
+                self.sample_on_face(packet, region, enter, ending, ending);
+                self.begun[packet] &= !ending;
+            } else if look.is_some() && beginning.any_true() {
+                self.sample_on_face(packet, region, enter, beginning, Mask::splat(simd, false));
+                self.begun[packet] |= beginning;
+            }
         }
-        let Some(look) = look else {
-            let ending = rays & self.begun;
-            self.sample_on_face(region, span.enter, ending, ending, Window::all(self.march.segments));
-            self.begun &= !ending;
-            return;
-        };
-        let beginning = rays & !self.begun;
-        if beginning.any_true() {
-            self.sample_on_face(region, span.enter, beginning, Mask::splat(simd, false), look.window);
-            self.begun |= beginning;
-        }
+        let (Some(look), false) = (look, is_hole) else { return };
         self.march_through(region, look, span, rays);
-        let ending = rays & self.clear & span.leave.simd_ge(self.end);
-        if ending.any_true() {
-            self.sample_on_face(region, span.leave, ending, ending, look.window);
-            self.begun &= !ending;
+        for packet in 0..PACKETS {
+            let leave = span.leave[packet];
+            let ending = rays[packet] & self.clear[packet] & leave.simd_ge(self.end[packet]);
+            if ending.any_true() {
+                self.sample_on_face(packet, region, leave, ending, ending);
+                self.begun[packet] &= !ending;
+            }
         }
     }
 }
@@ -345,9 +421,9 @@ fn pure_steps<S: Gather>(
     start: &[Floats<S>; 3],
     stride: &[Floats<S>; 3],
     counts: Floats<S>,
-) -> Range<f32> {
+) -> [f32; 2] {
     if frame.is_pure {
-        return 0.0..f32::INFINITY;
+        return [0.0, f32::INFINITY];
     }
     let zero = Floats::splat(simd, 0.0);
     let infinity = Floats::splat(simd, f32::INFINITY);
@@ -363,12 +439,15 @@ fn pure_steps<S: Gather>(
     let enter = enter.min(counts);
     let leave = leave.simd_ge(counts - Floats::splat(simd, 1.0)).select(infinity, leave);
     let used = counts.simd_gt(zero);
-    simd.reduce_max_f32x16(used.select(enter, zero))..simd.reduce_min_f32x16(used.select(leave, infinity))
+    [simd.reduce_max_f32x16(used.select(enter, zero)), simd.reduce_min_f32x16(used.select(leave, infinity))]
 }
 
 /// How far rays go, all together.
 #[inline(always)]
-pub(super) fn length_of<S: Gather>(simd: S, span: &Span<S>, rays: Mask<S>) -> f64 {
-    let zero = Floats::splat(simd, 0.0);
-    f64::from(simd.reduce_sum_f32x16(rays.select(span.leave - span.enter, zero)))
+pub(super) fn length_of<S: Gather>(simd: S, span: &Span<S>, rays: &Masks<S>) -> f64 {
+    let mut sum = Floats::splat(simd, 0.0);
+    for packet in 0..PACKETS {
+        sum = rays[packet].select(sum + span.leave[packet] - span.enter[packet], sum);
+    }
+    f64::from(simd.reduce_sum_f32x16(sum))
 }

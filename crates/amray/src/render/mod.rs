@@ -23,7 +23,7 @@ pub use film::Film;
 pub use slice::{Axis, Slice, SliceImage, UnknownAxis};
 
 use frame::{Frame, Tile};
-use packet::Packet;
+use packet::{PACKETS, Packets};
 use traverse::Span;
 
 /// Pixels per side of a tile: the unit of work that threads share out.
@@ -101,20 +101,20 @@ pub struct RenderStatistics {
     pub skipped_length: f64,
 }
 
-/// An engine: follows packets of rays.
+/// An engine: follows packets of rays, side by side.
 trait Trace: Sync {
     /// Memory that packets use one after the other.
     type Scratch<S: Gather>: Default;
 
-    /// What the packet's rays collect between the ends of `span`.
+    /// What the packets' rays collect between the ends of `span`.
     fn trace<S: Gather>(
         &self,
         simd: S,
-        packet: &Packet<S>,
+        packets: &Packets<S>,
         span: &Span<S>,
         scratch: &mut Self::Scratch<S>,
         statistics: &mut RenderStatistics,
-    ) -> Light<S>;
+    ) -> [Light<S>; PACKETS];
 }
 
 /// Renders a scene.

@@ -5,12 +5,21 @@ use glam::DVec3;
 
 use crate::index::Index;
 use crate::scene::PicturePlane;
-use crate::simd::{Doubles, Floats, Gather};
+use crate::simd::{Doubles, Floats, Gather, Mask};
 
 /// Pixels per side of a packet.
 pub(super) const SIDE: usize = 4;
+/// Packets that go side by side: what finds the way is shared, and while one waits for memory the other one computes.
+pub(super) const PACKETS: usize = 2;
+
+/// Packets side by side.
+pub(super) type Packets<S> = [Packet<S>; PACKETS];
+
+/// Some of the rays of packets side by side.
+pub(super) type Masks<S> = [Mask<S>; PACKETS];
 
 /// Sixteen rays, in cells of the finest level: at `t`, a length in world units, a ray is at `start + t * direction`.
+#[derive(Clone, Copy)]
 pub(super) struct Packet<S: Gather> {
     pub(super) start: [Doubles<S>; 3],
     pub(super) direction: [Doubles<S>; 3],
@@ -58,7 +67,7 @@ impl<S: Gather> Packet<S> {
         let parts =
             [at_pixels(simd, part, [x, y], 0), at_pixels(simd, part, [x, y], 1), at_pixels(simd, part, [x, y], 2)];
         let squares = parts[0] * parts[0] + parts[1] * parts[1] + parts[2] * parts[2];
-        let normal = squares.sqrt().recip(simd);
+        let normal = squares.inverse_sqrt(simd);
         let (mut start, mut direction, mut inverse) = ([zero; 3], [zero; 3], [Floats::splat(simd, 0.0); 3]);
         let mut cells = zero;
         for axis in 0..3 {
@@ -70,7 +79,7 @@ impl<S: Gather> Packet<S> {
             let per_cell = part * Doubles::splat(simd, coarsest[axis].recip());
             cells = per_cell.mul_add(per_cell, cells);
             direction[axis] = part * Doubles::splat(simd, finest[axis].recip());
-            inverse[axis] = direction[axis].recip(simd).to_floats();
+            inverse[axis] = Floats::splat(simd, 1.0) / direction[axis].to_floats();
         }
         let rate = cells.sqrt() * Doubles::splat(simd, samples_per_cell);
         let coarse_step = rate.recip(simd);
@@ -96,17 +105,25 @@ impl<S: Gather> Packet<S> {
         distance.mul_add(self.inverse[axis], self.lag[axis])
     }
 
-    /// Where the rays go from the near side of a plane to the far side, and whether the low one is near. Infinity where
-    /// they stay on the near side.
+    /// Where the rays go from the near side of a plane to the far side; infinity where they stay on the near side.
     #[inline(always)]
-    pub(super) fn change(&self, simd: S, axis: usize, place: f64) -> (Floats<S>, bool) {
+    pub(super) fn change(&self, simd: S, axis: usize, place: f64) -> Floats<S> {
         let crossing = self.crossing(simd, axis, place);
         match self.order {
             Order::Eye => {
                 let ahead = crossing.simd_ge(Floats::splat(simd, 0.0));
-                (ahead.select(crossing, Floats::splat(simd, f32::INFINITY)), self.reference[axis] < place)
+                ahead.select(crossing, Floats::splat(simd, f32::INFINITY))
             }
-            Order::LowFirst(low) => (crossing, low[axis]),
+            Order::LowFirst(_) => crossing,
+        }
+    }
+
+    /// Whether the rays meet the low side of a plane first.
+    #[inline(always)]
+    pub(super) fn is_low_first(&self, axis: usize, place: f64) -> bool {
+        match self.order {
+            Order::Eye => self.reference[axis] < place,
+            Order::LowFirst(low) => low[axis],
         }
     }
 

@@ -4,7 +4,7 @@
 use fearless_simd::prelude::*;
 
 use super::march::Rays;
-use super::packet::Packet;
+use super::packet::{PACKETS, Packet, Packets};
 use super::traverse::Span;
 use super::{Integration, RenderStatistics, Trace};
 use crate::appearance::{Light, Segments, Window};
@@ -28,16 +28,35 @@ impl<T: Voxel> Trace for Query<'_, T> {
     fn trace<S: Gather>(
         &self,
         simd: S,
-        packet: &Packet<S>,
+        packets: &Packets<S>,
         span: &Span<S>,
         (): &mut (),
         statistics: &mut RenderStatistics,
+    ) -> [Light<S>; PACKETS] {
+        let mut lights = [Light::none(simd); PACKETS];
+        for packet in 0..PACKETS {
+            let ends = [span.enter[packet], span.leave[packet]];
+            lights[packet] = self.packet(simd, &packets[packet], ends, statistics);
+        }
+        lights
+    }
+}
+
+impl<T: Voxel> Query<'_, T> {
+    /// What one packet's rays collect between two places on them.
+    #[inline(always)]
+    fn packet<S: Gather>(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        [enter, leave]: [Floats<S>; 2],
+        statistics: &mut RenderStatistics,
     ) -> Light<S> {
         let zero = Floats::splat(simd, 0.0);
-        let mut active = span.enter.simd_lt(span.leave);
+        let mut active = enter.simd_lt(leave);
         let mut rays = Rays::new(simd);
         let mut integral = rays.integral(simd, self.segments);
-        let (mut at, end) = (Doubles::from_floats(span.enter), Doubles::from_floats(span.leave));
+        let (mut at, end) = (Doubles::from_floats(enter), Doubles::from_floats(leave));
         let mut length = zero;
         let mut begun = Mask::splat(simd, false);
         let window = Window::all(self.segments);
@@ -61,7 +80,7 @@ impl<T: Voxel> Trace for Query<'_, T> {
             let place = (at - packet.offset).mul_add(step.recip(simd), Doubles::splat(simd, 1.0 + 1e-6));
             let ahead = place.floor();
             let next = ahead.mul_add(step, packet.offset);
-            active &= !at.to_floats().simd_ge(span.leave);
+            active &= !at.to_floats().simd_ge(leave);
             active &= rays.clear(simd);
             let next = next.min(end);
             length = (next - at).to_floats();

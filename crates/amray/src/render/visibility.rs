@@ -34,14 +34,15 @@ pub(super) struct Visibility<'a> {
     normalisation: Normalisation,
     /// Per region, the level of its leaf cells.
     levels: Vec<Option<usize>>,
-    /// Per level, the step over that on level 0, and the width of a piece.
+    /// Per level, the step over that on level 0, and the longest side of a cell.
     steps: Vec<f64>,
-    widths: Vec<f64>,
+    cell_sizes: Vec<f64>,
     adaptive: bool,
 }
 
-/// How far the light of a piece may be off because its samples are far apart.
-const TOLERANCE: f64 = 2e-4;
+/// How far the optical depth of a piece may be off because its samples are far apart. The bound that is held to it is a
+/// loose one: pictures are off by less than a twentieth of it.
+const TOLERANCE: f64 = 1e-2;
 /// What it costs to stop and go on between two pieces, in samples.
 const STOP: f32 = 8.0;
 /// The longest step, in cells.
@@ -56,7 +57,7 @@ impl<'a> Visibility<'a> {
         adaptive: bool,
     ) -> Self {
         let levels = volume.hierarchy().levels();
-        let widths = levels.iter().map(|level| level.cell_size().into_iter().fold(0.0, f64::max) * 8.0).collect();
+        let cell_sizes = levels.iter().map(|level| level.cell_size().into_iter().fold(0.0, f64::max)).collect();
         let regions = volume.index().regions().iter();
         Self {
             function,
@@ -65,7 +66,7 @@ impl<'a> Visibility<'a> {
             normalisation,
             levels: regions.map(Region::finest_level).collect(),
             steps: steps(volume.index()),
-            widths,
+            cell_sizes,
             adaptive,
         }
     }
@@ -119,7 +120,7 @@ impl<'a> Visibility<'a> {
         let window = self.segments.window(piece.range);
         // Over a step of n cells, values differ from a line by up to n^2 / 8 of how far they bend in one.
         let bend = f64::from(piece.roughness) / 8.0;
-        let error = bend * self.segments.steepness(window) * self.widths[level];
+        let error = bend * self.segments.steepness(window) * f64::from(piece.width) * self.cell_sizes[level];
         let cells = (TOLERANCE / error).sqrt().clamp(1.0, LONGEST_STEP).log2().floor().exp2();
         NodeLook::Seen(SeenLook { window, step: (self.steps[level] * cells) as f32 })
     }

@@ -124,6 +124,15 @@ impl<S: Gather> Doubles<S> {
         Self([self.0[0].sqrt(), self.0[1].sqrt()])
     }
 
+    /// One over the square root of numbers that single precision can hold, with 13 digits.
+    #[inline(always)]
+    pub(crate) fn inverse_sqrt(self, simd: S) -> Self {
+        let near = Self::from_floats(Floats::splat(simd, 1.0) / self.to_floats().sqrt());
+        // A step of Newton's method.
+        let half = Self::splat(simd, 0.5) * self * near;
+        near * (Self::splat(simd, 1.5) - half * near)
+    }
+
     /// One over each number.
     #[inline(always)]
     pub(crate) fn recip(self, simd: S) -> Self {

@@ -88,6 +88,12 @@ impl<S: Gather> Place<S> {
 }
 
 impl<S: Gather> Glow<S> {
+    /// Nothing.
+    #[inline(always)]
+    pub(crate) fn none(simd: S) -> Self {
+        Self { extinction: Floats::splat(simd, 0.0), emission: [Floats::splat(simd, 0.0); 3] }
+    }
+
     /// `yes` where the mask is set, else `no`.
     #[inline(always)]
     pub(crate) fn select(mask: Mask<S>, yes: Self, no: Self) -> Self {
