@@ -8,6 +8,7 @@ use amray::Volume;
 use amray::hierarchy::Residence;
 use amray::index::Index;
 use amray::reconstruction::Method;
+use amray::render::padded_bytes;
 use amray_formats::{DataSet, find_field};
 use clap::Args;
 use serde::Serialize;
@@ -37,6 +38,8 @@ struct Description {
     bounds: [[f64; 3]; 2],
     levels: Vec<LevelDescription>,
     fields: Vec<FieldDescription>,
+    /// What the padded copy of one field takes, which marching is fastest in.
+    padded_bytes: u64,
     warnings: Vec<String>,
 }
 
@@ -111,6 +114,7 @@ fn describe(arguments: &Arguments, data: &dyn DataSet, index: &Arc<Index>) -> an
         bounds: hierarchy.bounds(),
         levels: levels.collect(),
         fields,
+        padded_bytes: padded_bytes(hierarchy),
         warnings: data::warnings(data),
     })
 }
@@ -137,7 +141,7 @@ fn text(description: &Description, index: &IndexDescription) -> String {
 }
 
 fn write_text(out: &mut String, description: &Description, index: &IndexDescription) -> std::fmt::Result {
-    let Description { format, time, bounds: [low, high], levels, fields, warnings } = description;
+    let Description { format, time, bounds: [low, high], levels, fields, padded_bytes, warnings } = description;
     write!(out, "{format}")?;
     if let Some(time) = time {
         write!(out, ", time {time}")?;
@@ -176,6 +180,7 @@ fn write_text(out: &mut String, description: &Description, index: &IndexDescript
     }
     let IndexDescription { regions, bytes: index_bytes, seconds } = index;
     writeln!(out, "\nindex: {} regions, {}, built in {seconds:.4} s", grouped(*regions as u64), bytes(*index_bytes))?;
+    writeln!(out, "to march: {} for the padded copy of a field, or nothing in place", bytes(*padded_bytes))?;
     for warning in warnings {
         writeln!(out, "warning: {warning}")?;
     }

@@ -10,7 +10,8 @@ use crate::hierarchy::{Normalisation, with_voxels};
 use crate::simd::{Floats, Gather, Mask};
 
 pub(crate) use in_place::{InPlace, InPlacePlan};
-pub(crate) use padded::{Padded, PaddedValues, padded_bytes};
+pub use padded::padded_bytes;
+pub(crate) use padded::{Padded, PaddedValues};
 pub(crate) use pieces::PieceNode;
 
 /// Where [`Engine::March`](crate::render::Engine::March) has its values.

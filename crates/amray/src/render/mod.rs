@@ -18,7 +18,7 @@ use crate::appearance::Light;
 use crate::scene::Scene;
 use crate::simd::Gather;
 
-pub use crate::layout::Layout;
+pub use crate::layout::{Layout, padded_bytes};
 pub use film::Film;
 pub use slice::{Axis, Slice, SliceImage, UnknownAxis};
 

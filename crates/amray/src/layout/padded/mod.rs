@@ -114,8 +114,8 @@ impl Padded {
     }
 }
 
-/// Bytes that a padded copy of a field over `hierarchy` takes.
-pub(crate) fn padded_bytes(hierarchy: &Hierarchy) -> u64 {
+/// Bytes of memory that the padded copy of a field over `hierarchy` takes.
+pub fn padded_bytes(hierarchy: &Hierarchy) -> u64 {
     let padded = |cells: [i64; 3]| cells.iter().map(|&cells| cells as u64 + 2).product::<u64>();
     hierarchy.bricks().map(|brick| padded(brick.cells.size()) * size_of::<f32>() as u64).sum()
 }
