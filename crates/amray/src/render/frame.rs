@@ -1,8 +1,9 @@
 //! One picture: what all packets share, and the packets of one tile.
 
 use fearless_simd::prelude::*;
+use glam::DVec3;
 
-use super::march::{March, length_of};
+use super::march::{Footprint, March, length_of};
 use super::packet::{PACKETS, Packet, SIDE};
 use super::query::Query;
 use super::traverse::Span;
@@ -109,22 +110,23 @@ impl<'a> Frame<'a> {
     /// The tile's pixels, row by row.
     pub(super) fn tile(&self, tile: Tile) -> (Vec<[f32; 4]>, RenderStatistics) {
         let segments = &self.segments;
-        let integration = self.options.integration;
+        let RenderOptions { integration, adaptive, samples_per_cell, .. } = self.options;
+        let footprint = if adaptive { self.plane.footprint(samples_per_cell) } else { Footprint::default() };
         match &self.source {
             Source::Padded { padded: Padded { field, plan, pieces }, looks, reference } => {
                 let values = PaddedValues { field, plan, reference: &**reference };
-                self.run(tile, &March { values, segments, pieces, looks, integration })
+                self.run(tile, &March { values, segments, pieces, looks, integration, footprint })
             }
             Source::InPlace { plan, looks, sampler } => {
                 let pieces = &plan.pieces;
                 match sampler {
                     AnySampler::F32(sampler) => {
                         let values = InPlace { plan, sampler };
-                        self.run(tile, &March { values, segments, pieces, looks, integration })
+                        self.run(tile, &March { values, segments, pieces, looks, integration, footprint })
                     }
                     AnySampler::F64(sampler) => {
                         let values = InPlace { plan, sampler };
-                        self.run(tile, &March { values, segments, pieces, looks, integration })
+                        self.run(tile, &March { values, segments, pieces, looks, integration, footprint })
                     }
                 }
             }
@@ -195,6 +197,14 @@ impl<E: Trace> Kernel for TileKernel<'_, E> {
             }
         }
         (pixels, statistics)
+    }
+}
+
+impl PicturePlane {
+    /// How wide pixels are, over the samples per cell.
+    fn footprint(&self, samples_per_cell: f64) -> Footprint {
+        let width = |vectors: [DVec3; 3]| (vectors[1].length() / samples_per_cell) as f32;
+        Footprint { near: width(self.start), growth: width(self.direction) }
     }
 }
 

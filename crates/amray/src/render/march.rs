@@ -20,6 +20,24 @@ pub(super) struct March<'a, V> {
     pub(super) pieces: &'a [PieceNode],
     pub(super) looks: &'a [NodeLook],
     pub(super) integration: Integration,
+    pub(super) footprint: Footprint,
+}
+
+/// How wide a pixel is, in world units over the samples per cell: at the eye, and by how much more per distance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Footprint {
+    pub(super) near: f32,
+    pub(super) growth: f32,
+}
+
+impl Footprint {
+    /// The highest power of two by which a step can be longer and still fit the pixel; 1 at least.
+    #[inline(always)]
+    fn longer(self, step: f32, distance: f32) -> f32 {
+        let times = (self.near + self.growth * distance) / step;
+        // Without its fraction a number is the power of two below.
+        if times >= 2.0 && times < f32::MAX { f32::from_bits(times.to_bits() & 0x7f80_0000) } else { 1.0 }
+    }
 }
 
 impl<V: RegionValues> March<'_, V> {
@@ -218,7 +236,15 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
     #[inline(always)]
     fn march_through(&mut self, region: usize, look: &SeenLook, span: &Span<S>, rays: &Masks<S>) {
         let simd = self.simd;
-        let March { values, segments, .. } = self.march;
+        let March { values, segments, footprint, .. } = self.march;
+        let mut nearest = f32::INFINITY;
+        for packet in 0..PACKETS {
+            let far = Floats::splat(simd, f32::INFINITY);
+            nearest = nearest.min(simd.reduce_min_f32x16(rays[packet].select(span.enter[packet], far)));
+        }
+        // Cells much smaller than a pixel need not all be looked at.
+        let step = self.packets[0].coarse_step.first() as f32 * look.step;
+        let look = &SeenLook { step: look.step * footprint.longer(step, nearest), ..*look };
         let mut courses = [self.course(0, region, look, [span.enter[0], span.leave[0]], rays[0]); PACKETS];
         for packet in 1..PACKETS {
             courses[packet] = self.course(packet, region, look, [span.enter[packet], span.leave[packet]], rays[packet]);
