@@ -3,9 +3,9 @@
 use fearless_simd::SimdMask;
 
 use super::pieces::{self, PieceNode};
-use super::{RegionFrame, RegionValues, normalisation};
+use super::{RegionFrame, RegionValues};
 use crate::Volume;
-use crate::hierarchy::Voxel;
+use crate::hierarchy::{IndexBox, Voxel};
 use crate::index::{Index, Region};
 use crate::reconstruction::{Method, PacketPoints, PacketSampler};
 use crate::simd::{Floats, Gather, LANES, Mask};
@@ -15,6 +15,8 @@ use crate::simd::{Floats, Gather, LANES, Mask};
 pub(crate) struct InPlacePlan {
     pub(crate) pieces: Vec<PieceNode>,
     frames: Vec<RegionFrame>,
+    /// Per region, its box, without the high faces, in cells of the finest level.
+    boxes: Vec<[[f64; 3]; 2]>,
     /// Per region, the place of its finest brick.
     bricks: Vec<u32>,
     /// Per level, cells of the finest level per cell.
@@ -39,10 +41,13 @@ impl InPlacePlan {
             (RegionFrame { level: Some(level as u8), low, pure: pure.map(local), is_pure }, place as u32)
         });
         let (frames, bricks) = placed.unzip();
+        let within =
+            |cells: IndexBox| [cells.low.map(|cell| cell as f64), cells.high.map(|cell| (cell as f64).next_down())];
         let levels = index.hierarchy().levels().iter();
         Self {
-            pieces: pieces::of_regions(index, volume.ranges(), normalisation(volume)),
+            pieces: pieces::of_regions(index, volume.ranges(), volume.normalisation()),
             frames,
+            boxes: index.region_boxes().into_iter().map(within).collect(),
             bricks,
             finest_cells: levels.map(|level| level.finest_cells().map(|cells| cells as f64)).collect(),
         }
@@ -50,7 +55,8 @@ impl InPlacePlan {
 
     /// Bytes of memory that it takes.
     pub(crate) fn bytes(&self) -> u64 {
-        (size_of_val(&*self.pieces) + size_of_val(&*self.frames) + size_of_val(&*self.bricks)) as u64
+        let places = size_of_val(&*self.frames) + size_of_val(&*self.boxes) + size_of_val(&*self.bricks);
+        (size_of_val(&*self.pieces) + places) as u64
     }
 }
 
@@ -98,6 +104,7 @@ impl<T: Voxel> RegionValues for InPlace<'_, T> {
     fn anywhere<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
         let frame = self.frame(region);
         let size = self.finest_cells(frame.level.unwrap_or(0));
+        let [first, last] = &self.plan.boxes[region];
         simd.vectorize(
             #[inline(always)]
             || {
@@ -105,7 +112,9 @@ impl<T: Voxel> RegionValues for InPlace<'_, T> {
                 for axis in 0..3 {
                     let lanes: [f32; LANES] = point[axis].into();
                     for lane in 0..LANES {
-                        points[axis][lane] = (f64::from(lanes[lane]) + frame.low[axis]) * size[axis];
+                        // Rounding must not lead over a face: what is there may be a hole.
+                        let place = (f64::from(lanes[lane]) + frame.low[axis]) * size[axis];
+                        points[axis][lane] = place.max(first[axis]).min(last[axis]);
                     }
                 }
                 self.sampler.sample(simd, &points, active).values

@@ -2,14 +2,16 @@
 //! or the values where they are.
 
 mod in_place;
+mod normalisation;
 mod padded;
 mod pieces;
+#[cfg(test)]
+mod tests;
 
-use crate::Volume;
-use crate::hierarchy::{Normalisation, with_voxels};
 use crate::simd::{Floats, Gather, Mask};
 
 pub(crate) use in_place::{InPlace, InPlacePlan};
+pub(crate) use normalisation::normalisation;
 pub(crate) use padded::{Padded, PaddedValues, padded_bytes};
 pub(crate) use pieces::PieceNode;
 
@@ -51,14 +53,4 @@ pub(crate) trait RegionValues: Sync {
 
     /// The values at `active` points anywhere in the region.
     fn anywhere<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S>;
-}
-
-/// The normalisation of a volume's values for marching.
-pub(crate) fn normalisation(volume: &Volume) -> Normalisation {
-    let range = volume.ranges().whole().map(f64::from);
-    if range.iter().all(|end| end.is_finite()) {
-        return Normalisation::of_range(range);
-    }
-    // Values beyond single precision.
-    with_voxels!(volume.field().values(), bricks => Normalisation::probe(bricks))
 }
