@@ -157,7 +157,9 @@ fn engines_agree_on_random_meshes() {
         for method in Method::ALL {
             let (volume, viewpoint) = random_view(seed, method);
             let shot = Shot { volume: &volume, function: extinction(&[(0.0, 0.02), (1.0, 0.3)]), viewpoint };
-            let films = ENGINES.map(|engine| shot.film(whole(RenderOptions { engine, ..small(4.0) })));
+            // Where values jump, a ray's next sample after a jump differs by up to a step.
+            let samples = if matches!(method, Method::Nearest | Method::Current) { 64.0 } else { 4.0 };
+            let films = ENGINES.map(|engine| shot.film(whole(RenderOptions { engine, ..small(samples) })));
             let [layouts, engines] = [largest(&films[0], &films[1]), largest(&films[0], &films[2])];
             println!("seed {seed} {method}: layouts {layouts} engines {engines}");
             assert!(layouts < 2e-3 && engines < 2e-3, "seed {seed}, {method}: layouts {layouts}, engines {engines}");
@@ -205,7 +207,7 @@ fn homogeneous_cubes_are_exact() {
     for engine in ENGINES {
         for samples_per_cell in [0.01, 0.3, 1.0, 3.7, 1000.0] {
             // Odd sizes: packets and tiles stick out.
-            let options = RenderOptions { size: [35, 3], samples_per_cell, engine, ..RenderOptions::default() };
+            let options = RenderOptions { size: [3, 35], samples_per_cell, engine, ..RenderOptions::default() };
             for &[red, _, blue, alpha] in shot.film(options).pixels() {
                 assert!((alpha - expected).abs() < 1e-5, "{engine:?}, {samples_per_cell}: {alpha}");
                 assert!((red - 0.5 * expected).abs() < 1e-5 && (blue - 0.5 * expected).abs() < 1e-5);
@@ -230,8 +232,8 @@ fn eyes_inside_and_on_the_faces_of_bricks() {
 #[test]
 fn rays_along_axes_and_in_planes_between_bricks() {
     let volume = of_centers(nested(8, 3, 4), Method::Basis, smooth);
-    // 16 pixels over 16 cells, shifted by half a pixel: every ray lies in planes between cells, some in brick faces.
-    let projection = Projection::Orthographic { height: 1.0 };
+    // 14 pixels over 14 of 16 cells, shifted by half a pixel: every ray lies in planes between cells, some in brick faces.
+    let projection = Projection::Orthographic { height: 0.875 };
     for axis in 0..3 {
         for sign in [-1.0, 1.0] {
             for shift in [0.0, 1.0 / 32.0] {
@@ -242,7 +244,7 @@ fn rays_along_axes_and_in_planes_between_bricks() {
                 up[(axis + 1) % 3] = 1.0;
                 let viewpoint = Viewpoint { eye, target, up, projection };
                 let shot = Shot { volume: &volume, function: extinction(&[(0.2, 0.0), (1.0, 9.0)]), viewpoint };
-                let options = RenderOptions { size: [16, 16], ..whole(small(8.0)) };
+                let options = RenderOptions { size: [14, 14], ..whole(small(8.0)) };
                 shot.check(&format!("along {axis}, {sign}, {shift}"), options, 3000, 2e-3);
             }
         }

@@ -144,7 +144,7 @@ impl Case {
             let jumps = method == Method::Nearest;
             let on_faces = if jumps { 0.0 } else { on_faces };
             for (limits, is_pure) in [(whole, false), (if frame.is_pure { whole } else { pure }, true)] {
-                if (0..3).any(|axis| limits[1][axis] < limits[0][axis]) {
+                if limits[0][0].is_infinite() {
                     continue;
                 }
                 let points: Vec<LocalPoints> = (0..2).map(|_| random_points(random, limits, on_faces)).collect();

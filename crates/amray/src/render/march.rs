@@ -353,7 +353,8 @@ fn pure_steps<S: Gather>(
     let infinity = Floats::splat(simd, f32::INFINITY);
     let (mut enter, mut leave) = (zero, infinity);
     for axis in 0..3 {
-        let inverse = stride[axis].approximate_recip();
+        // Not an approximation: what is beyond the box may be a hole.
+        let inverse = Floats::splat(simd, 1.0) / stride[axis];
         let a = (Floats::splat(simd, frame.pure[0][axis]) - start[axis]) * inverse;
         let b = (Floats::splat(simd, frame.pure[1][axis]) - start[axis]) * inverse;
         enter = enter.max(a.min(b));

@@ -194,11 +194,15 @@ impl PaddedValues<'_> {
     ) -> Floats<S> {
         let level = usize::from(frame.level.unwrap_or(0));
         let size = self.plan.finest_cells[level];
+        let [first, last] = &self.plan.places[number];
         let values: [f32; LANES] = std::array::from_fn(|lane| {
             if !active.test(lane) {
                 return 0.0;
             }
-            let point = std::array::from_fn(|axis| (f64::from(point[axis][lane]) + frame.low[axis]) * size[axis]);
+            let point = std::array::from_fn(|axis| {
+                let place = (f64::from(point[axis][lane]) + frame.low[axis]) * size[axis];
+                place.max(first[axis]).min(last[axis])
+            });
             self.field.normalisation.apply((self.reference)(number, point))
         });
         Floats::from_slice(simd, &values)
