@@ -161,7 +161,6 @@ fn engines_agree_on_random_meshes() {
             let samples = if matches!(method, Method::Nearest | Method::Current) { 64.0 } else { 4.0 };
             let films = ENGINES.map(|engine| shot.film(whole(RenderOptions { engine, ..small(samples) })));
             let [layouts, engines] = [largest(&films[0], &films[1]), largest(&films[0], &films[2])];
-            println!("seed {seed} {method}: layouts {layouts} engines {engines}");
             assert!(layouts < 2e-3 && engines < 2e-3, "seed {seed}, {method}: layouts {layouts}, engines {engines}");
         }
     }
@@ -173,7 +172,9 @@ fn pictures_of_random_meshes_are_those_of_single_rays() {
         for method in [Method::Current, Method::Blend, Method::Basis, Method::Octant, Method::Prolong] {
             let (volume, viewpoint) = random_view(seed, method);
             let shot = Shot { volume: &volume, function: extinction(&[(0.0, 0.02), (1.0, 0.3)]), viewpoint };
-            shot.check(&format!("seed {seed}, {method}"), whole(small(8.0)), 1500, 4e-3);
+            // Values of `current` jump: the light of a jump is off by up to a step.
+            let samples = if method == Method::Current { 32.0 } else { 8.0 };
+            shot.check(&format!("seed {seed}, {method}"), whole(small(samples)), 1500, 4e-3);
         }
     }
 }
@@ -191,7 +192,6 @@ fn what_is_spared_is_not_seen() {
             for layout in [Layout::Padded, Layout::InPlace] {
                 let options = RenderOptions { engine: Engine::March(layout), ..small(4.0) };
                 let error = rms(&shot.film(options), &shot.film(whole(options)));
-                println!("{method} {layout:?} {error}");
                 assert!(error < 1e-3, "{method}, {layout:?}: {error}");
             }
         }
@@ -367,18 +367,4 @@ fn far_eyes_see_as_sharply_as_near_ones() {
             shot.check(&format!("from {distance}, {projection:?}"), whole(small(8.0)), 3000, 1e-3);
         }
     }
-}
-
-#[test]
-fn a_millionth_of_the_domain_can_be_looked_at() {
-    let volume = volume(nested_cubes(20), Method::Basis, noise);
-    let place = [((8i64 << 19) / 3 / 2 * 2) as f64 / (8i64 << 19) as f64; 3];
-    let near = 1e-6;
-    let away = |distance: f64| [place[0] + 0.6 * distance, place[1] - 0.5 * distance, place[2] + 0.62 * distance];
-    // From nearby, inside the domain: what is seen is a millionth of it, made opaque within that.
-    let function = extinction(&[(0.0, 1e5), (1.0, 2e6)]);
-    let projection = Projection::Perspective { fovy: 50.0 };
-    let viewpoint = Viewpoint { eye: away(near), target: place, up: [0.0, 1.0, 0.0], projection };
-    let inside = Shot { volume: &volume, function, viewpoint };
-    inside.check("from inside", whole(small(8.0)), 200_000, 5e-3);
 }

@@ -129,12 +129,17 @@ impl Case {
         let method = volume.method();
         let reference = Sampler::new(&self.index, self.bricks(), method);
         let (normalisation, width) = (volume.normalisation(), self.width());
+        let places = region_places(&self.index);
         for (region, cells) in self.index.region_boxes().into_iter().enumerate() {
             let frame = values.frame(region);
             let Some(level) = frame.level else { continue };
             let size = values.finest_cells(level);
+            // On a high face, the reference would find what lies beyond: perhaps a hole.
+            let [first, last] = &places[region];
             let place = |local: [f64; 3]| -> [f64; 3] {
-                std::array::from_fn(|axis| (local[axis] + frame.low[axis]) * size[axis])
+                std::array::from_fn(|axis| {
+                    ((local[axis] + frame.low[axis]) * size[axis]).max(first[axis]).min(last[axis])
+                })
             };
             let corner = |corner: [i64; 3]| -> [f64; 3] {
                 std::array::from_fn(|axis| corner[axis] as f64 / size[axis] - frame.low[axis])
