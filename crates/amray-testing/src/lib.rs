@@ -4,6 +4,7 @@
 mod brute_force;
 mod case;
 mod explosion;
+mod nested;
 mod random_mesh;
 mod shell;
 
@@ -12,6 +13,7 @@ use std::path::PathBuf;
 pub use brute_force::BruteForce;
 pub use case::{Case, noise};
 pub use explosion::{explosion, random_packets, ray_packets};
+pub use nested::{nested, nested_cubes};
 pub use random_mesh::{RandomMesh, Shape};
 pub use shell::Shell;
 

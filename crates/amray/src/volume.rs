@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::hierarchy::{Field, Hierarchy, IndexBox, Normalisation, Voxel, with_voxels};
 use crate::index::{Index, ValueRanges};
-use crate::layout::{InPlacePlan, Layout, Padded, padded_bytes};
+use crate::layout::{InPlacePlan, Layout, Padded, normalisation, padded_bytes};
 use crate::reconstruction::{Method, PacketSampler, Sampler, ValueAndGradient};
 
 /// Points that a thread samples at a time.
@@ -19,6 +19,7 @@ pub struct Volume {
     field: Field,
     /// Made when first asked for: samples and statistics do without.
     ranges: OnceLock<ValueRanges>,
+    normalisation: OnceLock<Normalisation>,
     /// Made when first rendered from.
     padded: OnceLock<Padded>,
     in_place: OnceLock<InPlacePlan>,
@@ -43,7 +44,15 @@ impl Volume {
     /// Where the field belongs to another hierarchy with a different number of bricks.
     pub fn new(index: Arc<Index>, field: Field, method: Method) -> Self {
         assert_eq!(field.brick_count(), index.hierarchy().brick_count(), "bricks of the field and of the index");
-        Self { index, field, ranges: OnceLock::new(), padded: OnceLock::new(), in_place: OnceLock::new(), method }
+        Self {
+            index,
+            field,
+            ranges: OnceLock::new(),
+            normalisation: OnceLock::new(),
+            padded: OnceLock::new(),
+            in_place: OnceLock::new(),
+            method,
+        }
     }
 
     /// The spatial index.
@@ -64,6 +73,11 @@ impl Volume {
     /// What values the samples in each region can take. The first call looks at every value.
     pub fn ranges(&self) -> &ValueRanges {
         self.ranges.get_or_init(|| ValueRanges::build(&self.index, &self.field))
+    }
+
+    /// How values become small numbers for marching.
+    pub(crate) fn normalisation(&self) -> Normalisation {
+        *self.normalisation.get_or_init(|| normalisation(self))
     }
 
     /// How to march through the field where it is. The first call looks at every value.

@@ -9,7 +9,7 @@ use amray::hierarchy::{
 use amray::index::Index;
 use amray::reconstruction::{Method, PacketPoints, PacketSampler, PacketSamples, Sampler};
 use amray::simd::InstructionSet;
-use amray_testing::{Random, RandomMesh, Shape};
+use amray_testing::{Random, RandomMesh, Shape, nested_cubes};
 use proptest::prelude::*;
 
 const LANES: usize = 16;
@@ -101,25 +101,6 @@ fn noise(level: usize, [i, j, k]: [i64; 3]) -> f64 {
 }
 
 const UNIT: Normalisation = Normalisation { low: 0.0, scale: 1.0 };
-
-/// Levels of one cube each around one point, each half as wide as the next coarser one.
-fn nested_cubes(levels: usize) -> Hierarchy {
-    let descriptions = (0..levels).map(|level| {
-        let cells = 8i64 << level;
-        // Just below a third of the way: on no coarse lattice.
-        let corner = |size: i64| {
-            let middle = cells / 3 / 2 * 2;
-            IndexBox::new([middle - size; 3], [middle + size; 3])
-        };
-        LevelDescription {
-            ratio: [if level == 0 { 1 } else { 2 }; 3],
-            cell_size: [1.0 / cells as f64; 3],
-            domain: IndexBox::new([0; 3], [cells; 3]),
-            bricks: vec![if level == 0 { IndexBox::new([0; 3], [8; 3]) } else { corner(4) }],
-        }
-    });
-    Hierarchy::new([0.0; 3], descriptions.collect()).unwrap()
-}
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]

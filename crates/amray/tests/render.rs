@@ -10,31 +10,7 @@ use amray::index::Index;
 use amray::reconstruction::Method;
 use amray::render::{Film, RenderOptions, render};
 use amray::scene::{Camera, Projection, Scene, Viewpoint};
-use amray_testing::Random;
-
-/// A unit cube with a refined block in the middle, `levels` levels of ratio 2, cut into bricks of `brick` cells.
-fn nested(base: i64, levels: usize, brick: i64) -> Hierarchy {
-    let descriptions = (0..levels)
-        .map(|level| {
-            let size = base << level;
-            let part = if level == 0 {
-                IndexBox::new([0; 3], [size; 3])
-            } else {
-                IndexBox::new([size / 4; 3], [size - size / 4; 3])
-            };
-            let bricks = part.coarsened([brick; 3]).iter().map(|corner| {
-                IndexBox::new(corner, corner.map(|index| index + 1)).refined([brick; 3]).intersection(&part)
-            });
-            LevelDescription {
-                ratio: [if level == 0 { 1 } else { 2 }; 3],
-                cell_size: [1.0 / size as f64; 3],
-                domain: IndexBox::new([0; 3], [size; 3]),
-                bricks: bricks.collect(),
-            }
-        })
-        .collect();
-    Hierarchy::new([0.0; 3], descriptions).unwrap()
-}
+use amray_testing::{Random, nested};
 
 fn volume(hierarchy: Hierarchy, method: Method, value: impl Fn([f64; 3]) -> f64) -> Volume {
     let hierarchy = Arc::new(hierarchy);

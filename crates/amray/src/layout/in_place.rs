@@ -3,7 +3,7 @@
 use fearless_simd::SimdMask;
 
 use super::pieces::{self, PieceNode};
-use super::{RegionFrame, RegionValues, normalisation};
+use super::{NO_BOX, RegionFrame, RegionValues, region_places};
 use crate::Volume;
 use crate::hierarchy::Voxel;
 use crate::index::{Index, Region};
@@ -15,6 +15,8 @@ use crate::simd::{Floats, Gather, LANES, Mask};
 pub(crate) struct InPlacePlan {
     pub(crate) pieces: Vec<PieceNode>,
     frames: Vec<RegionFrame>,
+    /// The regions' first and last places.
+    places: Vec<[[f64; 3]; 2]>,
     /// Per region, the place of its finest brick.
     bricks: Vec<u32>,
     /// Per level, cells of the finest level per cell.
@@ -41,8 +43,9 @@ impl InPlacePlan {
         let (frames, bricks) = placed.unzip();
         let levels = index.hierarchy().levels().iter();
         Self {
-            pieces: pieces::of_regions(index, volume.ranges(), normalisation(volume)),
+            pieces: pieces::of_regions(index, volume.ranges(), volume.normalisation()),
             frames,
+            places: region_places(index),
             bricks,
             finest_cells: levels.map(|level| level.finest_cells().map(|cells| cells as f64)).collect(),
         }
@@ -50,16 +53,19 @@ impl InPlacePlan {
 
     /// Bytes of memory that it takes.
     pub(crate) fn bytes(&self) -> u64 {
-        (size_of_val(&*self.pieces) + size_of_val(&*self.frames) + size_of_val(&*self.bricks)) as u64
+        let places = size_of_val(&*self.frames) + size_of_val(&*self.places) + size_of_val(&*self.bricks);
+        (size_of_val(&*self.pieces) + places) as u64
     }
 }
 
 /// The box, in cells of the finest level, in which a region's finest brick alone has the values that a method needs.
 fn pure(index: &Index, region: &Region, level: usize, method: Method) -> [[f64; 3]; 2] {
+    let nowhere = NO_BOX.map(|corner| corner.map(f64::from));
     match method {
         // Found in the brick, but only by the packets' own way.
-        Method::Nearest => [[0.0; 3], [-1.0; 3]],
-        Method::Finest if level < index.hierarchy().finest_level() => [[0.0; 3], [-1.0; 3]],
+        Method::Nearest => nowhere,
+        Method::Finest if level < index.hierarchy().finest_level() => nowhere,
+        _ if (0..3).any(|axis| region.interior()[1][axis] <= region.interior()[0][axis]) => nowhere,
         _ => region.interior(),
     }
 }
@@ -98,6 +104,7 @@ impl<T: Voxel> RegionValues for InPlace<'_, T> {
     fn anywhere<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
         let frame = self.frame(region);
         let size = self.finest_cells(frame.level.unwrap_or(0));
+        let [first, last] = &self.plan.places[region];
         simd.vectorize(
             #[inline(always)]
             || {
@@ -105,7 +112,8 @@ impl<T: Voxel> RegionValues for InPlace<'_, T> {
                 for axis in 0..3 {
                     let lanes: [f32; LANES] = point[axis].into();
                     for lane in 0..LANES {
-                        points[axis][lane] = (f64::from(lanes[lane]) + frame.low[axis]) * size[axis];
+                        let place = (f64::from(lanes[lane]) + frame.low[axis]) * size[axis];
+                        points[axis][lane] = place.max(first[axis]).min(last[axis]);
                     }
                 }
                 self.sampler.sample(simd, &points, active).values

@@ -2,14 +2,18 @@
 //! or the values where they are.
 
 mod in_place;
+mod normalisation;
 mod padded;
 mod pieces;
+#[cfg(test)]
+mod tests;
 
-use crate::Volume;
-use crate::hierarchy::{Normalisation, with_voxels};
+use crate::hierarchy::IndexBox;
+use crate::index::Index;
 use crate::simd::{Floats, Gather, Mask};
 
 pub(crate) use in_place::{InPlace, InPlacePlan};
+pub(crate) use normalisation::normalisation;
 pub use padded::padded_bytes;
 pub(crate) use padded::{Padded, PaddedValues};
 pub(crate) use pieces::PieceNode;
@@ -30,10 +34,22 @@ pub(crate) struct RegionFrame {
     pub(crate) level: Option<u8>,
     /// Where local coordinates are 0, in cells of that level; they count in cells, too.
     pub(crate) low: [f64; 3],
-    /// The box, in local coordinates, in which the brick alone is enough; `high < low` where there is none.
+    /// The box, in local coordinates, in which the brick alone is enough; [`NO_BOX`] where there is none.
     pub(crate) pure: [[f32; 3]; 2],
     /// Whether that is all of the region.
     pub(crate) is_pure: bool,
+}
+
+/// A box that no ray meets before its end.
+pub(crate) const NO_BOX: [[f32; 3]; 2] = [[f32::INFINITY; 3]; 2];
+
+/// The first and last places of each region along each axis, in cells of the finest level: points that rounding has
+/// moved over a region's face, to where there may be a hole, are moved back.
+fn region_places(index: &Index) -> Vec<[[f64; 3]; 2]> {
+    // Positions of packets are exact to less than this.
+    const NEAREST: f64 = 1e-6;
+    let places = |cells: &IndexBox| [cells.low.map(|cell| cell as f64), cells.high.map(|cell| cell as f64 - NEAREST)];
+    index.region_boxes().iter().map(places).collect()
 }
 
 /// Samples a field region by region, sixteen points at a time. Values are normalised.
@@ -52,14 +68,4 @@ pub(crate) trait RegionValues: Sync {
 
     /// The values at `active` points anywhere in the region.
     fn anywhere<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S>;
-}
-
-/// The normalisation of a volume's values for marching.
-pub(crate) fn normalisation(volume: &Volume) -> Normalisation {
-    let range = volume.ranges().whole().map(f64::from);
-    if range.iter().all(|end| end.is_finite()) {
-        return Normalisation::of_range(range);
-    }
-    // Values beyond single precision.
-    with_voxels!(volume.field().values(), bricks => Normalisation::probe(bricks))
 }

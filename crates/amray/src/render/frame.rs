@@ -12,7 +12,7 @@ use super::{Engine, Layout, RenderOptions, RenderStatistics, Trace};
 use crate::Volume;
 use crate::appearance::{Light, Segments};
 use crate::hierarchy::{FieldValues, with_voxels};
-use crate::layout::{InPlace, InPlacePlan, Padded, PaddedValues, normalisation};
+use crate::layout::{InPlace, InPlacePlan, Padded, PaddedValues};
 use crate::reconstruction::{PacketSampler, Sampler};
 use crate::scene::{PicturePlane, Scene};
 use crate::simd::{Doubles, Floats, Gather, InstructionSet, Kernel, LANES, Mask, SHORT_TABLES};
@@ -51,7 +51,7 @@ enum AnySampler<'a> {
 
 impl<'a> AnySampler<'a> {
     fn new(volume: &'a Volume) -> Self {
-        let (index, method, normalisation) = (volume.index(), volume.method(), normalisation(volume));
+        let (index, method, normalisation) = (volume.index(), volume.method(), volume.normalisation());
         match volume.field().values() {
             FieldValues::F32(bricks) => Self::F32(PacketSampler::new(index, bricks, method, normalisation)),
             FieldValues::F64(bricks) => Self::F64(PacketSampler::new(index, bricks, method, normalisation)),
@@ -70,7 +70,7 @@ impl<'a> Frame<'a> {
     pub(super) fn new(scene: &'a Scene<'a>, options: &RenderOptions) -> Self {
         let volume = scene.volume;
         let function = scene.transfer_function.prepared(scene.unit_distance);
-        let normalisation = normalisation(volume);
+        let normalisation = volume.normalisation();
         let segments = Segments::new(&function, normalisation.low, normalisation.scale.recip());
         let looks = |pieces| {
             let adaptive = options.adaptive;

@@ -244,7 +244,7 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
         }
         // Cells much smaller than a pixel need not all be looked at.
         let step = self.packets[0].coarse_step.first() as f32 * look.step;
-        let look = &SeenLook { step: look.step * footprint.longer(step, nearest), ..*look };
+        let look = &SeenLook { step: look.step * footprint.longer(step, self.packets[0].distance + nearest), ..*look };
         let mut courses = [self.course(0, region, look, [span.enter[0], span.leave[0]], rays[0]); PACKETS];
         for packet in 1..PACKETS {
             courses[packet] = self.course(packet, region, look, [span.enter[packet], span.leave[packet]], rays[packet]);
@@ -455,7 +455,8 @@ fn pure_steps<S: Gather>(
     let infinity = Floats::splat(simd, f32::INFINITY);
     let (mut enter, mut leave) = (zero, infinity);
     for axis in 0..3 {
-        let inverse = stride[axis].approximate_recip();
+        // Not an approximation: what is beyond the box may be a hole.
+        let inverse = Floats::splat(simd, 1.0) / stride[axis];
         let a = (Floats::splat(simd, frame.pure[0][axis]) - start[axis]) * inverse;
         let b = (Floats::splat(simd, frame.pure[1][axis]) - start[axis]) * inverse;
         enter = enter.max(a.min(b));

@@ -18,17 +18,22 @@ pub(super) type Packets<S> = [Packet<S>; PACKETS];
 /// Some of the rays of packets side by side.
 pub(super) type Masks<S> = [Mask<S>; PACKETS];
 
-/// Sixteen rays, in cells of the finest level: at `t`, a length in world units, a ray is at `start + t * direction`.
+/// Sixteen rays, in cells of the finest level: at `t`, a length in world units, a ray is at `start + t * direction`. They
+/// start where they enter the domain, or at the eye inside of it: single precision is enough for `t`, however far away
+/// the eye is.
 #[derive(Clone, Copy)]
 pub(super) struct Packet<S: Gather> {
     pub(super) start: [Doubles<S>; 3],
     pub(super) direction: [Doubles<S>; 3],
+    /// How far from the eye the first ray starts.
+    pub(super) distance: f32,
     /// Where on its ray each lattice of samples has a point.
     pub(super) offset: Doubles<S>,
     /// The length of a step on level 0, and one over it.
     pub(super) coarse_step: Doubles<S>,
     pub(super) coarse_rate: Doubles<S>,
-    /// A place that all planes are measured from, so that single precision is enough for where rays cross them.
+    /// A place in the domain that all planes are measured from, so that single precision is enough for where rays cross
+    /// them.
     reference: [f64; 3],
     inverse: [Floats<S>; 3],
     /// By how much a ray crosses a plane later than one through the reference.
@@ -39,8 +44,8 @@ pub(super) struct Packet<S: Gather> {
 /// How a packet knows which side of a plane its rays meet first.
 #[derive(Clone, Copy)]
 enum Order {
-    /// All rays come from the eye, which is at the reference: its side.
-    Eye,
+    /// All rays come from the eye: its side.
+    Eye([f64; 3]),
     /// Rays are parallel: the low side, where true.
     LowFirst([bool; 3]),
 }
@@ -84,18 +89,41 @@ impl<S: Gather> Packet<S> {
         let rate = cells.sqrt() * Doubles::splat(simd, samples_per_cell);
         let coarse_step = rate.recip(simd);
         let parallel = plane.start[1] != DVec3::ZERO;
-        let reference = [start[0].first(), start[1].first(), start[2].first()];
-        let mut lag = [Floats::splat(simd, 0.0); 3];
-        let mut order = Order::Eye;
-        if parallel {
-            for axis in 0..3 {
-                lag[axis] = (Doubles::splat(simd, reference[axis]) - start[axis]).to_floats() * inverse[axis];
-            }
+        let order = if parallel {
             let [x, y, z] = direction;
-            order = Order::LowFirst([x.first() > 0.0, y.first() > 0.0, z.first() > 0.0]);
+            Order::LowFirst([x.first() > 0.0, y.first() > 0.0, z.first() > 0.0])
+        } else {
+            Order::Eye([start[0].first(), start[1].first(), start[2].first()])
+        };
+        let domain = index.domain();
+        let [low, high] = [domain.low, domain.high].map(|corner| corner.map(|cell| cell as f64));
+        let mut entry = zero;
+        for axis in 0..3 {
+            let inverse = direction[axis].recip(simd);
+            let a = (Doubles::splat(simd, low[axis]) - start[axis]) * inverse;
+            let b = (Doubles::splat(simd, high[axis]) - start[axis]) * inverse;
+            entry = entry.max(a.min(b));
+        }
+        let (mut reference, mut lag) = ([0.0; 3], [Floats::splat(simd, 0.0); 3]);
+        for axis in 0..3 {
+            start[axis] = entry.mul_add(direction[axis], start[axis]);
+            // A ray that misses the domain may start anywhere.
+            reference[axis] = start[axis].first().clamp(low[axis], high[axis]);
+            lag[axis] = (Doubles::splat(simd, reference[axis]) - start[axis]).to_floats() * inverse[axis];
         }
         let offset = coarse_step * shift;
-        Self { start, direction, offset, coarse_step, coarse_rate: rate, reference, inverse, lag, order }
+        Self {
+            start,
+            direction,
+            distance: entry.first() as f32,
+            offset,
+            coarse_step,
+            coarse_rate: rate,
+            reference,
+            inverse,
+            lag,
+            order,
+        }
     }
 
     /// Where the rays cross the plane at `place` (in cells of the finest level) across `axis`.
@@ -110,8 +138,11 @@ impl<S: Gather> Packet<S> {
     pub(super) fn change(&self, simd: S, axis: usize, place: f64) -> Floats<S> {
         let crossing = self.crossing(simd, axis, place);
         match self.order {
-            Order::Eye => {
-                let ahead = crossing.simd_ge(Floats::splat(simd, 0.0));
+            Order::Eye(eye) => {
+                // Told from where rays go, not from where they cross: the eye may lie in the plane.
+                let (low_first, zero) = (eye[axis] < place, Floats::splat(simd, 0.0));
+                let inverse = self.inverse[axis];
+                let ahead = if low_first { inverse.simd_gt(zero) } else { inverse.simd_lt(zero) };
                 ahead.select(crossing, Floats::splat(simd, f32::INFINITY))
             }
             Order::LowFirst(_) => crossing,
@@ -122,7 +153,7 @@ impl<S: Gather> Packet<S> {
     #[inline(always)]
     pub(super) fn is_low_first(&self, axis: usize, place: f64) -> bool {
         match self.order {
-            Order::Eye => self.reference[axis] < place,
+            Order::Eye(eye) => eye[axis] < place,
             Order::LowFirst(low) => low[axis],
         }
     }

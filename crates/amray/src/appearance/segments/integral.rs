@@ -1,5 +1,8 @@
 //! What intervals of values emit and absorb, sixteen rays at a time.
 
+#[cfg(test)]
+mod tests;
+
 use fearless_simd::prelude::*;
 
 use super::{PositionAxis, Segments, Window};

@@ -99,8 +99,10 @@ impl RegionValues for PaddedValues<'_> {
         match self.plan.method {
             Method::Nearest => self.nearest(simd, &region.brick, point),
             Method::Finest => {
+                // Most points are moved onto a cell's centre: what is beside it has no weight, and may be a hole.
                 let point = self.onto_finest(simd, region, point);
-                trilinear(&self.dual_cells(simd, &region.brick, point))
+                let share = self.share(simd, &region.brick, point, Count::Existing);
+                share.sum / share.weight
             }
             _ => trilinear(&self.dual_cells(simd, &region.brick, point)),
         }
@@ -194,11 +196,15 @@ impl PaddedValues<'_> {
     ) -> Floats<S> {
         let level = usize::from(frame.level.unwrap_or(0));
         let size = self.plan.finest_cells[level];
+        let [first, last] = &self.plan.places[number];
         let values: [f32; LANES] = std::array::from_fn(|lane| {
             if !active.test(lane) {
                 return 0.0;
             }
-            let point = std::array::from_fn(|axis| (f64::from(point[axis][lane]) + frame.low[axis]) * size[axis]);
+            let point = std::array::from_fn(|axis| {
+                let place = (f64::from(point[axis][lane]) + frame.low[axis]) * size[axis];
+                place.max(first[axis]).min(last[axis])
+            });
             self.field.normalisation.apply((self.reference)(number, point))
         });
         Floats::from_slice(simd, &values)
@@ -223,9 +229,9 @@ impl PaddedValues<'_> {
         let mut moved = point;
         for axis in 0..3 {
             let ratio = Floats::splat(simd, size[axis] as f32);
-            let position = point[axis] + half;
-            let cell = position.floor();
-            let inside = (position - cell) * ratio;
+            let cell = (point[axis] + half).floor();
+            // In this order nothing is rounded before it is multiplied.
+            let inside = (point[axis] - cell + half) * ratio;
             moved[axis] = cell + (inside - half).min(zero) + (inside - ratio + half).max(zero);
         }
         moved

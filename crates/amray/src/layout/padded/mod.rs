@@ -60,7 +60,7 @@ pub(crate) struct PaddedField {
 impl PaddedField {
     /// A padded copy of the volume's field, filled in parallel.
     pub(crate) fn build(volume: &Volume) -> Self {
-        let normalisation = super::normalisation(volume);
+        let normalisation = volume.normalisation();
         let starts = starts(volume.hierarchy());
         // Pairs of values are read at once: one more than there are.
         let mut values = vec![0.0; starts[starts.len() - 1] + 1];

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::super::RegionFrame;
+use super::super::{NO_BOX, RegionFrame, region_places};
 use crate::hierarchy::IndexBox;
 use crate::index::{Index, Region};
 use crate::reconstruction::Method;
@@ -42,6 +42,8 @@ pub(crate) struct Plan {
     others: Vec<OtherBrick>,
     /// Per level, cells of the finest level per cell.
     pub(crate) finest_cells: Vec<[f64; 3]>,
+    /// The regions' first and last places, where the reference is asked.
+    pub(crate) places: Vec<[[f64; 3]; 2]>,
 }
 
 /// A padded brick. Padded coordinates count its values per axis from 0, padding included.
@@ -92,7 +94,9 @@ impl Plan {
         }
         let finest_cells =
             index.hierarchy().levels().iter().map(|level| level.finest_cells().map(|cells| cells as f64));
-        Self { method, combination: planner.combination, regions, others, finest_cells: finest_cells.collect() }
+        let combination = planner.combination;
+        let places = if combination == Combination::PointByPoint { region_places(index) } else { Vec::new() };
+        Self { method, combination, regions, others, finest_cells: finest_cells.collect(), places }
     }
 
     /// Whether the regions' bricks hold all values that samples can touch.
@@ -109,7 +113,7 @@ impl Plan {
     }
 
     pub(crate) fn bytes(&self) -> u64 {
-        (size_of_val(&*self.regions) + size_of_val(&*self.others)) as u64
+        (size_of_val(&*self.regions) + size_of_val(&*self.others) + size_of_val(&*self.places)) as u64
     }
 }
 
@@ -151,15 +155,19 @@ impl Planner<'_> {
         others.sort_unstable_by_key(|&(level, place)| (std::cmp::Reverse(level), place));
         others.dedup();
         let size = self.finest_cells(level);
-        let padded = |corner: [i64; 3]| {
-            std::array::from_fn(|axis| (corner[axis] as f64 / (2 * size[axis]) as f64 - low[axis]) as f32)
+        // On its face, or where rounding has led over it, a dual cell beyond would begin, perhaps in a hole.
+        const INSIDE: f64 = 1e-3;
+        let padded = |corner: [i64; 3], inward: f64| -> [f32; 3] {
+            std::array::from_fn(|axis| (corner[axis] as f64 / (2 * size[axis]) as f64 - low[axis] + inward) as f32)
         };
+        let inside = [padded(pure.low, INSIDE), padded(pure.high, -INSIDE)];
+        let is_empty = pure.is_empty() || (0..3).any(|axis| inside[1][axis] <= inside[0][axis]);
         let plan = RegionPlan {
             brick,
             frame: RegionFrame {
                 level: Some(level as u8),
                 low,
-                pure: if pure.is_empty() { [[0.0; 3], [-1.0; 3]] } else { [padded(pure.low), padded(pure.high)] },
+                pure: if is_empty { NO_BOX } else { inside },
                 is_pure: pure == whole,
             },
             first_other: 0,
