@@ -25,8 +25,8 @@ pub(crate) struct Arguments {
     #[arg(long = "max-level", value_name = "K,...", value_delimiter = ',')]
     max_levels: Vec<usize>,
     /// Numbers of threads, separated by commas; all is what --threads says
-    #[arg(long = "thread-counts", value_name = "N,...", value_delimiter = ',', default_value = "1,all")]
-    threads: Vec<Threads>,
+    #[arg(long, value_name = "N,...", value_delimiter = ',', default_value = "1,all")]
+    thread_counts: Vec<Threads>,
     /// A camera and a transfer function from a file of views, in place of those that follow from the data; repeatable
     #[arg(long = "view", value_name = "FILE:NAME:TF")]
     pub(super) views: Vec<ViewName>,
@@ -54,7 +54,7 @@ impl Arguments {
 
     /// Numbers of threads.
     pub(super) fn threads(&self) -> Vec<usize> {
-        distinct(&self.threads.iter().map(|threads| threads.count()).collect::<Vec<usize>>())
+        distinct(&self.thread_counts.iter().map(|threads| threads.count()).collect::<Vec<usize>>())
     }
 
     /// The finest levels to measure of data whose finest one is `finest`.

@@ -43,24 +43,21 @@ impl Views {
     }
 
     /// The looks, for pictures of `size` pixels; where there are no views, those that follow from the volume.
-    pub(super) fn looks(self, volume: &Volume, size: [usize; 2]) -> anyhow::Result<Vec<Look>> {
+    pub(super) fn looks(&self, volume: &Volume, size: [usize; 2]) -> anyhow::Result<Vec<Look>> {
         let unit_distance = volume.hierarchy().longest_side() / automatic::UNIT_DISTANCES;
-        let look = |name: String, transfer_function, view: &ViewArguments| {
-            Ok(Look { name, transfer_function, unit_distance, camera: view.camera(volume, size)? })
+        let look = |name: &str, transfer_function, view: &ViewArguments| {
+            Ok(Look { name: name.into(), transfer_function, unit_distance, camera: view.camera(volume, size)? })
         };
         if !self.0.is_empty() {
-            return self
-                .0
-                .into_iter()
-                .map(|(name, view)| look(name, view.transfer_function.clone(), &(&view).into()))
-                .collect();
+            let views = self.0.iter();
+            return views.map(|(name, view)| look(name, view.transfer_function.clone(), &view.into())).collect();
         }
         let histogram = DataLook::default().histogram(volume)?;
         let [low, high] = volume.hierarchy().bounds();
         let diagonal = (0..3).map(|axis| (high[axis] - low[axis]).powi(2)).sum::<f64>().sqrt();
         transfer_functions::of_data(&histogram, diagonal)
             .into_iter()
-            .map(|(name, function)| look(name.into(), function, &ViewArguments::default()))
+            .map(|(name, function)| look(name, function, &ViewArguments::default()))
             .collect()
     }
 }

@@ -45,9 +45,9 @@ struct Truncated {
 
 impl Truncated {
     fn open(arguments: &Arguments, views: &Views, max_level: Option<usize>) -> anyhow::Result<Self> {
-        let path = arguments.data(max_level);
-        let data = path.open()?;
-        let number = path.field_number(&*data, arguments.field.as_deref().or(views.field()))?;
+        let source = arguments.data(max_level);
+        let data = source.open()?;
+        let number = source.field_number(&*data, arguments.field.as_deref().or(views.field()))?;
         let field = with_progress("reading", |progress| data.read_field(number, progress))?;
         let start = Instant::now();
         let index = with_spinner("indexing", || Arc::new(Index::build(data.hierarchy().clone())));

@@ -41,7 +41,7 @@ impl<'a> RegionSampler<'a> {
         let largest = |frame: &RegionFrame| {
             (0..3).map(|axis| frame.pure[1][axis] - frame.pure[0][axis]).fold(f32::INFINITY, f32::min)
         };
-        let best = frames(volume, boxes.len()).max_by(|a, b| largest(&a.1).total_cmp(&largest(&b.1)));
+        let best = frames(volume, boxes.len()).max_by(|a, b| largest(a.1).total_cmp(&largest(b.1)));
         let (region, frame) = best.expect("a volume has a region");
         let middle: [f32; 3] = std::array::from_fn(|axis| 0.5 * (frame.pure[0][axis] + frame.pure[1][axis]));
         let start = std::array::from_fn(|axis| {
