@@ -38,7 +38,7 @@ enum Command {
     /// Levels, bricks, cells, fields and their ranges
     Info(info::Arguments),
     /// One picture of the volume
-    Render(render::Arguments),
+    Render(Box<render::Arguments>),
     /// A slice across an axis, with a colour bar
     Slice(slice::Arguments),
     /// Values at given points

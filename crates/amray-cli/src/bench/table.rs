@@ -31,6 +31,9 @@ fn write(out: &mut String, report: &Report) -> std::fmt::Result {
     Ok(())
 }
 
+/// A number of a row.
+type Quantity = fn(&Row) -> f64;
+
 /// A column for each level.
 fn write_frames(out: &mut String, rows: &[Row]) -> std::fmt::Result {
     let mut levels: Vec<usize> = rows.iter().map(|row| row.max_level).collect();
@@ -45,7 +48,7 @@ fn write_frames(out: &mut String, rows: &[Row]) -> std::fmt::Result {
         counts.dedup();
         for threads in counts {
             let of_threads = || of_method.iter().filter(|row| row.threads == threads);
-            let quantities: [(&str, fn(&Row) -> f64); 4] = [
+            let quantities: [(&str, Quantity); 4] = [
                 ("march", |row| row.march_fps),
                 ("query", |row| row.query_fps),
                 ("ratio", |row| row.ratio),
