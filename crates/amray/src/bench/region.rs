@@ -35,21 +35,27 @@ struct Way {
 }
 
 impl<'a> RegionSampler<'a> {
-    /// Through the middle of one region's pure box, again and again: a single brick, which stays in the nearest cache.
+    /// Through all of one brick of the finest level, which stays in the nearest cache.
     pub fn of_one_brick(volume: &'a Volume, packets: usize) -> Self {
-        let boxes = volume.index().region_boxes();
-        let largest = |frame: &RegionFrame| {
-            (0..3).map(|axis| frame.pure[1][axis] - frame.pure[0][axis]).fold(f32::INFINITY, f32::min)
-        };
-        let best = frames(volume, boxes.len()).max_by(|a, b| largest(a.1).total_cmp(&largest(b.1)));
-        let (region, frame) = best.expect("a volume has a region");
-        let middle: [f32; 3] = std::array::from_fn(|axis| 0.5 * (frame.pure[0][axis] + frame.pure[1][axis]));
-        let start = std::array::from_fn(|axis| {
-            middle[axis] - [0.5 * STEP * (STEPS - 1) as f32, 1.5 * APART, 1.5 * APART][axis]
-        });
+        let index = volume.index();
+        let finest = index.hierarchy().finest_level() as u8;
+        let side = |frame: &RegionFrame, axis: usize| frame.pure[1][axis] - frame.pure[0][axis];
+        let narrowest = |frame: &RegionFrame| (0..3).map(|axis| side(frame, axis)).fold(f32::INFINITY, f32::min);
+        let of_finest = frames(volume).filter(|(_, frame)| frame.level == Some(finest));
+        let widest = of_finest.max_by(|a, b| narrowest(a.1).total_cmp(&narrowest(b.1)));
+        let (region, frame) = widest.expect("the finest level has a brick");
         // A little across the rows, as rays go.
         let offsets = [[0.0, APART, 0.0], [0.0, 0.0, APART], [STEP, 0.1, 0.05]];
-        Self { volume, ways: vec![Way { region, start, offsets, interior: true }; packets / STEPS] }
+        let way = |number: usize| {
+            let start = |axis: usize| {
+                let extent = 3.0 * (offsets[0][axis] + offsets[1][axis]) + (STEPS - 1) as f32 * offsets[2][axis];
+                // Steps of these lengths cover a unit cube evenly (Roberts, 2018).
+                let share = (number as f32 * [0.819_172_5, 0.671_043_6, 0.549_700_5][axis]).fract();
+                frame.pure[0][axis] + share * (side(frame, axis) - extent).max(0.0)
+            };
+            Way { region, start: [start(0), start(1), start(2)], offsets, interior: true }
+        };
+        Self { volume, ways: (0..packets / STEPS).map(way).collect() }
     }
 
     /// Along the faces at which regions of different levels meet, less than half a cell away from them.
@@ -57,7 +63,7 @@ impl<'a> RegionSampler<'a> {
         let index = volume.index();
         let boxes = index.region_boxes();
         let mut ways = Vec::new();
-        for (region, frame) in frames(volume, boxes.len()).filter(|(_, frame)| !frame.is_pure) {
+        for (region, frame) in frames(volume).filter(|(_, frame)| !frame.is_pure) {
             let Some(level) = frame.level else { continue };
             let size = index.hierarchy().levels()[usize::from(level)].finest_cells();
             let local = |corner: [i64; 3]| -> [f32; 3] {
@@ -142,7 +148,6 @@ impl Kernel for Samples<'_> {
 }
 
 /// The regions' places and frames.
-fn frames(volume: &Volume, count: usize) -> impl Iterator<Item = (usize, &RegionFrame)> {
-    let regions = &volume.padded().plan.regions;
-    (0..count).map(move |region| (region, &regions[region].frame))
+fn frames(volume: &Volume) -> impl Iterator<Item = (usize, &RegionFrame)> {
+    volume.padded().plan.regions.iter().map(|plan| &plan.frame).enumerate()
 }
