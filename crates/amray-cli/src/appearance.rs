@@ -41,6 +41,11 @@ fn source(name: &str) -> Result<Source, UnknownColorMap> {
 }
 
 impl AppearanceArguments {
+    /// Whether any flag says how values look.
+    pub(crate) fn is_given(&self) -> bool {
+        self.tf.is_some() || self.range.is_some() || self.log
+    }
+
     /// The transfer function for `volume`, which is of `data`: the flags', the rest from its leaf cells.
     pub(crate) fn transfer_function(&self, data: &DataArguments, volume: &Volume) -> anyhow::Result<TransferFunction> {
         let choose = |look: Look| with_spinner("histogram", || look.transfer_function(volume));

@@ -15,7 +15,7 @@ use crate::note;
 use crate::progress::{with_progress, with_spinner};
 
 /// Which data to open.
-#[derive(Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub(crate) struct DataArguments {
     /// A Chombo HDF5 file, or an AMReX plotfile (the directory or its Header)
     pub(crate) path: PathBuf,
@@ -25,7 +25,7 @@ pub(crate) struct DataArguments {
 }
 
 /// Which field to look at, and how its cells become a continuous function.
-#[derive(Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub(crate) struct VolumeArguments {
     #[command(flatten)]
     pub(crate) data: DataArguments,
@@ -53,6 +53,15 @@ impl DataArguments {
     /// Opens the data set.
     pub(crate) fn open(&self) -> anyhow::Result<Box<dyn DataSet>> {
         Ok(open(&self.path, &OpenOptions { max_level: self.max_level })?)
+    }
+
+    /// The place of the field called `name`, or of the first one.
+    pub(crate) fn field_number(&self, data: &dyn DataSet, name: Option<&str>) -> anyhow::Result<usize> {
+        match name {
+            Some(name) => Ok(find_field(&self.path, data.fields(), name)?),
+            None if data.fields().is_empty() => Err(self.error("there is no field")),
+            None => Ok(0),
+        }
     }
 
     /// An error that says which data it is about.
@@ -99,11 +108,7 @@ impl VolumeArguments {
         for warning in warnings(&*data) {
             note(&format!("amray: warning: {}: {warning}", self.data.path.display()));
         }
-        let number = match &self.field {
-            Some(name) => find_field(&self.data.path, data.fields(), name)?,
-            None if data.fields().is_empty() => return Err(self.data.error("there is no field")),
-            None => 0,
-        };
+        let number = self.data.field_number(&*data, self.field.as_deref())?;
         let mut field = with_progress("reading", |progress| data.read_field(number, progress))?;
         if self.restrict {
             field = with_spinner("restricting", || field.restricted(data.hierarchy()));

@@ -1,6 +1,7 @@
 //! The program `amray`: pictures of AMR simulation data from the command line.
 
 mod appearance;
+mod bench;
 mod data;
 mod demo;
 mod info;
@@ -12,6 +13,7 @@ mod sample;
 mod sampling;
 mod slice;
 mod view;
+mod view_file;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -36,11 +38,13 @@ enum Command {
     /// Levels, bricks, cells, fields and their ranges
     Info(info::Arguments),
     /// One picture of the volume
-    Render(render::Arguments),
+    Render(Box<render::Arguments>),
     /// A slice across an axis, with a colour bar
     Slice(slice::Arguments),
     /// Values at given points
     Sample(sample::Arguments),
+    /// Frames per second of both engines, per method, level and number of threads
+    Bench(bench::Arguments),
 }
 
 fn main() -> ExitCode {
@@ -68,6 +72,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Render(arguments) => render::run(&arguments),
         Command::Slice(arguments) => slice::run(&arguments),
         Command::Sample(arguments) => sample::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
     }
 }
 

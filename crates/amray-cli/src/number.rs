@@ -62,14 +62,15 @@ pub(crate) fn color(text: &str) -> Result<[f32; 4], String> {
     Ok(channels.map(|channel| channel as f32))
 }
 
+/// The most pixels along a side: a square film of them takes 4 GB of memory, anything larger is a slip.
+pub(crate) const SIZE_LIMIT: usize = 16_384;
+
 /// `1024x768`, or `1024` for a square picture.
 pub(crate) fn size(text: &str) -> Result<[usize; 2], String> {
-    /// A square film of this side takes 4 GB of memory; anything with more pixels is a slip.
-    const LONGEST: usize = 16_384;
     let (width, height) = text.split_once('x').unwrap_or((text, text));
     let side = |word: &str| match word.trim().parse::<usize>() {
-        Ok(pixels) if (1..=LONGEST).contains(&pixels) => Ok(pixels),
-        _ => Err(format!("expected WIDTHxHEIGHT or one number for both, each from 1 to {LONGEST} pixels")),
+        Ok(pixels) if (1..=SIZE_LIMIT).contains(&pixels) => Ok(pixels),
+        _ => Err(format!("expected WIDTHxHEIGHT or one number for both, each from 1 to {SIZE_LIMIT} pixels")),
     };
     Ok([side(width)?, side(height)?])
 }

@@ -18,7 +18,11 @@ use crate::data::{DataArguments, Opened, VolumeArguments};
 use crate::progress::{with_progress, with_spinner};
 use crate::sampling::{LayoutName, SamplingArguments};
 use crate::view::ViewArguments;
+use crate::view_file::{View, ViewName};
 use crate::{memory, number, print};
+
+/// Pixels of a picture, where nothing says so.
+pub(crate) const SIZE: [usize; 2] = [1024; 2];
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -27,9 +31,12 @@ pub(crate) struct Arguments {
     /// Where to write the picture: .png, .exr or .npy [default: the data's name with .png]
     #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(picture_path))]
     output: Option<PathBuf>,
-    /// Pixels
-    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1024x1024", value_parser = number::size)]
-    size: [usize; 2],
+    /// Field, camera, size and transfer function from a file of views; flags that are given win
+    #[arg(long = "view", value_name = "FILE:NAME:TF")]
+    view_name: Option<ViewName>,
+    /// Pixels [default: 1024x1024]
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = number::size)]
+    size: Option<[usize; 2]>,
     #[command(flatten)]
     view: ViewArguments,
     #[command(flatten)]
@@ -103,7 +110,8 @@ impl Arguments {
         Self {
             volume: VolumeArguments { data: DataArguments { path: data, max_level: None }, ..Default::default() },
             output: Some(picture),
-            size: [1024; 2],
+            view_name: None,
+            size: None,
             view: ViewArguments::default(),
             appearance: AppearanceArguments::default(),
             opacity: 1.0,
@@ -140,19 +148,28 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     }
     // What cannot be written is better known before the work than after it.
     check_writable(&output)?;
-    let Opened { volume, open_seconds, index_seconds } = arguments.volume.open()?;
+    let view = arguments.view_name.as_ref().map(ViewName::read).transpose()?;
+    let view = view.as_ref();
+    let size = arguments.size.or(view.and_then(|view| view.size)).unwrap_or(SIZE);
+    let field = arguments.volume.field.clone().or(view.and_then(|view| view.field.clone()));
+    let Opened { volume, open_seconds, index_seconds } =
+        VolumeArguments { field, ..arguments.volume.clone() }.open()?;
     let start = Instant::now();
     with_spinner("value ranges", || volume.ranges());
     let index_seconds = index_seconds + start.elapsed().as_secs_f64();
-    let function = arguments.appearance.transfer_function(&arguments.volume.data, &volume)?;
+    let function = match view {
+        Some(View { transfer_function, .. }) if !arguments.appearance.is_given() => transfer_function.clone(),
+        _ => arguments.appearance.transfer_function(&arguments.volume.data, &volume)?,
+    };
+    let camera = view.map_or_else(|| arguments.view.clone(), |view| arguments.view.or(&view.into()));
     let scene = Scene {
         transfer_function: function.scaled_opacity(arguments.opacity),
         unit_distance: arguments.unit_distance.unwrap_or(volume.hierarchy().longest_side() / automatic::UNIT_DISTANCES),
-        camera: arguments.view.camera(&volume, arguments.size)?,
+        camera: camera.camera(&volume, size)?,
         volume: &volume,
     };
     let options = RenderOptions {
-        size: arguments.size,
+        size,
         samples_per_cell: arguments.samples_per_cell,
         samples_per_pixel: arguments.spp.into(),
         seed: arguments.seed,
@@ -178,7 +195,7 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     sorted.sort_by(f64::total_cmp);
     Ok(Report {
         output,
-        size: arguments.size,
+        size,
         open_seconds,
         index_seconds,
         prepare_seconds,

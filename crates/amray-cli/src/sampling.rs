@@ -13,18 +13,25 @@ pub(crate) struct SamplingArguments {
     /// How rays find their samples: march through regions, or query the tree for every sample (as the paper has it)
     #[arg(long, value_name = "ENGINE", default_value = "march")]
     engine: EngineName,
-    /// Where marching has its values: in a padded copy (fastest), in place, or padded if that fits the memory budget
-    #[arg(long, value_name = "LAYOUT", default_value = "auto")]
-    layout: LayoutChoice,
-    /// The most memory, in gigabytes, that a padded copy may take [default: half of what is available]
-    #[arg(long, value_name = "GB", value_parser = number::positive)]
-    memory_budget: Option<f64>,
+    #[command(flatten)]
+    layout: LayoutArguments,
     /// Integrate the transfer function between samples, or take it at samples
     #[arg(long, value_name = "ON|OFF", default_value = "on")]
     pub(crate) preintegrate: Switch,
     /// Sample every cell, also where nothing is seen or nothing changes
     #[arg(long)]
     pub(crate) every_cell: bool,
+}
+
+/// Where marching has its values.
+#[derive(Debug, Default, Args)]
+pub(crate) struct LayoutArguments {
+    /// Where marching has its values: in a padded copy (fastest), in place, or padded if that fits the memory budget
+    #[arg(long, value_name = "LAYOUT", default_value = "auto")]
+    layout: LayoutChoice,
+    /// The most memory, in gigabytes, that a padded copy may take [default: half of what is available]
+    #[arg(long, value_name = "GB", value_parser = number::positive)]
+    memory_budget: Option<f64>,
 }
 
 /// A way for rays to find their samples.
@@ -83,16 +90,21 @@ impl From<Engine> for LayoutName {
 impl SamplingArguments {
     /// The engine for a volume.
     pub(crate) fn engine(&self, volume: &Volume) -> Engine {
-        match (self.engine, self.layout) {
-            (EngineName::Query, _) => Engine::Query,
-            (EngineName::March, LayoutChoice::Padded) => Engine::March(Layout::Padded),
-            (EngineName::March, LayoutChoice::InPlace) => Engine::March(Layout::InPlace),
-            (EngineName::March, LayoutChoice::Auto) => Engine::March(self.fitting(volume)),
+        match self.engine {
+            EngineName::March => Engine::March(self.layout.layout(volume)),
+            EngineName::Query => Engine::Query,
         }
     }
+}
 
-    /// A padded copy if it fits the budget.
-    fn fitting(&self, volume: &Volume) -> Layout {
+impl LayoutArguments {
+    /// The layout for a volume: without a wish, a padded copy if it fits the budget.
+    pub(crate) fn layout(&self, volume: &Volume) -> Layout {
+        match self.layout {
+            LayoutChoice::Padded => return Layout::Padded,
+            LayoutChoice::InPlace => return Layout::InPlace,
+            LayoutChoice::Auto => {}
+        }
         let budget = match self.memory_budget {
             Some(gigabytes) => (gigabytes * 1e9) as u64,
             // Where the system does not tell, what every computer has to spare.

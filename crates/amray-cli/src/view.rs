@@ -5,9 +5,13 @@ use amray::scene::{Camera, CameraError, Projection, Viewpoint};
 use clap::Args;
 
 use crate::number;
+use crate::view_file::View;
+
+/// Degrees.
+const FOVY: f64 = 30.0;
 
 /// The camera; what is not given frames the domain.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Default, Args)]
 pub(crate) struct ViewArguments {
     /// Where the camera is, in world units
     #[arg(long, value_name = "X,Y,Z", value_parser = number::list::<3>, allow_hyphen_values = true)]
@@ -18,31 +22,48 @@ pub(crate) struct ViewArguments {
     /// The direction that is up in the picture [default: 0,0,1]
     #[arg(long, value_name = "X,Y,Z", value_parser = number::list::<3>, allow_hyphen_values = true)]
     up: Option<[f64; 3]>,
-    /// Vertical opening angle of the picture in degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = Self::default().fovy, value_parser = number::angle)]
-    fovy: f64,
+    /// Vertical opening angle of the picture in degrees [default: 30]
+    #[arg(long, value_name = "DEGREES", value_parser = number::angle)]
+    fovy: Option<f64>,
     /// Parallel rays instead of perspective; the target keeps its size
     #[arg(long)]
     orthographic: bool,
 }
 
-/// What the flags are where they are not given.
-impl Default for ViewArguments {
-    fn default() -> Self {
-        Self { eye: None, target: None, up: None, fovy: 30.0, orthographic: false }
+impl From<&View> for ViewArguments {
+    fn from(view: &View) -> Self {
+        Self {
+            eye: Some(view.eye),
+            target: Some(view.target),
+            up: Some(view.up),
+            fovy: Some(view.fovy),
+            orthographic: false,
+        }
     }
 }
 
 impl ViewArguments {
+    /// These flags, and where they are not given, `others`.
+    pub(crate) fn or(&self, others: &Self) -> Self {
+        Self {
+            eye: self.eye.or(others.eye),
+            target: self.target.or(others.target),
+            up: self.up.or(others.up),
+            fovy: self.fovy.or(others.fovy),
+            orthographic: self.orthographic || others.orthographic,
+        }
+    }
+
     /// The camera that looks at `volume` for a picture of `size` pixels.
     pub(crate) fn camera(&self, volume: &Volume, size: [usize; 2]) -> Result<Camera, CameraError> {
         let aspect = size[0] as f64 / size[1] as f64;
-        let framing = Viewpoint::framing(volume.hierarchy().bounds(), self.fovy, aspect);
+        let fovy = self.fovy.unwrap_or(FOVY);
+        let framing = Viewpoint::framing(volume.hierarchy().bounds(), fovy, aspect);
         let viewpoint = Viewpoint {
             eye: self.eye.unwrap_or(framing.eye),
             target: self.target.unwrap_or(framing.target),
             up: self.up.unwrap_or(framing.up),
-            projection: Projection::Perspective { fovy: self.fovy },
+            projection: Projection::Perspective { fovy },
         };
         Camera::new(if self.orthographic { viewpoint.orthographic() } else { viewpoint })
     }

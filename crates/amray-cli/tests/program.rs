@@ -319,6 +319,111 @@ fn flags_change_the_picture_as_they_say() {
     assert!(width > 160 && height == 160);
 }
 
+/// A file of views of the demo data set, in `directory`.
+fn views(directory: &Path) -> PathBuf {
+    let path = directory.join("views.json");
+    let views = r#"{"front": {
+        "field": "density", "eye": [3, 0.5, 0.5], "target": [0.5, 0.5, 0.5], "up": [0, 0, 1], "fovy": 30,
+        "size": [40, 20], "tf": {"red": [[-1e9, 1, 0, 0, 1e9], [1e9, 1, 0, 0, 1e9]], "none": [[0, 1, 1, 1, 0]]}
+    }, "other": {
+        "field": "no such field", "eye": [3, 0.5, 0.5], "target": [0.5, 0.5, 0.5], "up": [0, 0, 1], "fovy": 30,
+        "tf": {"red": [[0, 1, 0, 0, 1]]}
+    }}"#;
+    std::fs::write(&path, views).unwrap();
+    path
+}
+
+#[test]
+fn a_view_decides_the_picture() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    views(here);
+    let path = demo().to_str().unwrap();
+    let render = |flags: &[&str]| {
+        prints(here, &[&["render", path, "-o", "a.npy", "--view"], flags].concat());
+        npy::<f32>(&here.join("a.npy"))
+    };
+    let (shape, film) = render(&["views.json:front:red"]);
+    let middle = |film: &[f32]| film[film.len() / 2 + 80..][..4].to_vec();
+    assert_eq!((shape, middle(&film)), (vec![20, 40, 4], vec![1.0, 0.0, 0.0, 1.0]));
+    assert!(render(&["views.json:front:none"]).1.iter().all(|channel| *channel == 0.0));
+    // What is given wins.
+    assert_eq!(render(&["views.json:front:red", "--size", "24x12"]).0, [12, 24, 4]);
+    assert_ne!(render(&["views.json:front:red", "--eye", "0.5,3,0.7"]).1, film);
+    assert_ne!(render(&["views.json:front:red", "--tf", "viridis"]).1, film);
+    assert!(render(&["views.json:other:red", "--field", "density"]).1.iter().any(|channel| *channel > 0.0));
+    let error = |view: &str| fails(here, &["render", path, "--view", view]);
+    assert_eq!(error("none.json:a:b").split(": ").nth(1), Some("none.json"));
+    let expected = "amray: views.json: no view is named \"back\"; there are front, other";
+    assert_eq!(error("views.json:back:red"), expected);
+    assert!(error("views.json:other:red").contains("no such field"));
+    assert!(misused(here, &["render", path, "--view", "views.json"]).contains("expected FILE:NAME:TF"));
+}
+
+#[test]
+fn bench_measures_both_engines() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    views(here);
+    let path = demo().to_str().unwrap();
+    let quick = ["bench", path, "--size", "32x32", "--repeat", "1"];
+    let flags = ["--method", "current,basis", "--thread-counts", "1,2,1", "--json"];
+    let report = json(&prints(here, &[&quick[..], &flags].concat()));
+    let keys = |value: &serde_json::Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+    assert_eq!(keys(&report), ["data", "index", "machine", "repeat", "rows", "size"]);
+    assert_eq!(keys(&report["index"]), ["bytes", "regions", "seconds"]);
+    let rows = report["rows"].as_array().unwrap();
+    let place = |row: &serde_json::Value| {
+        let text = |key: &str| row[key].as_str().unwrap().to_owned();
+        (
+            text("transfer_function"),
+            text("method"),
+            row["max_level"].as_u64().unwrap(),
+            row["threads"].as_u64().unwrap(),
+        )
+    };
+    let mut expected = Vec::new();
+    for function in ["opaque", "translucent", "sparse"] {
+        for method in ["current", "basis"] {
+            for (level, threads) in [(0, 1), (0, 2), (1, 1), (1, 2)] {
+                expected.push((function.to_owned(), method.to_owned(), level, threads));
+            }
+        }
+    }
+    assert_eq!(rows.iter().map(place).collect::<Vec<_>>(), expected);
+    for row in rows {
+        let number = |key: &str| row[key].as_f64().unwrap_or_else(|| panic!("{key} is a number: {row}"));
+        for key in ["march_fps", "query_fps", "ratio", "ratio_same_samples", "march_msamples_per_s", "samples_per_ray"]
+        {
+            assert!(number(key) > 0.0, "{key}: {row}");
+        }
+        for key in ["interior_share", "skipped_share"] {
+            assert!((0.0..=1.0).contains(&number(key)), "{key}: {row}");
+        }
+        // These are pictures of 8x8 pixels: similar to their reference, whatever quality that is.
+        assert!(number("march_psnr") > 20.0 && number("query_psnr") > 20.0, "{row}");
+        assert!((number("ratio") - number("march_fps") / number("query_fps")).abs() < 1e-9 * number("ratio"));
+    }
+    let flags = ["--view", "views.json:front:red", "--max-level", "1", "--method", "current", "--thread-counts", "1"];
+    let text = prints(here, &[&quick[..], &flags].concat());
+    assert!(text.contains("front:red: frames per second at 32x32") && text.contains(" 0..1"), "{text}");
+    assert!(!text.contains("translucent") && !text.contains("0..0"), "{text}");
+}
+
+#[test]
+fn bench_says_what_is_wrong() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    views(here);
+    let path = demo().to_str().unwrap();
+    let error = fails(here, &["bench", path, "--max-level", "0,7"]);
+    assert_eq!(error, format!("amray: {path}: --max-level 7: the finest level is 1"));
+    let error = fails(here, &["bench", path, "--view", "views.json:front:red", "--view", "views.json:other:red"]);
+    assert!(error.contains("expected views of one field"), "{error}");
+    misused(here, &["bench", path, "--method", "current,cubic"]);
+    misused(here, &["bench", path, "--thread-counts", "0"]);
+}
+
 #[test]
 fn wrong_usage_is_exit_code_two() {
     let directory = tempfile::tempdir().unwrap();

@@ -57,6 +57,8 @@
 //! ```
 
 pub mod appearance;
+#[doc(hidden)]
+pub mod bench;
 pub mod hierarchy;
 pub mod index;
 mod layout;

@@ -40,6 +40,14 @@ impl Look {
     /// # Errors
     /// [`LookError`] where there is no value to show, or the range does not suit the scale.
     pub fn transfer_function(&self, volume: &Volume) -> Result<TransferFunction, LookError> {
+        Ok(automatic::transfer_function(&self.histogram(volume)?, self.color_map, self.range))
+    }
+
+    /// The volume-weighted histogram of a volume's leaf cells, over the range and on the scale of this look.
+    ///
+    /// # Errors
+    /// [`LookError`] where there is no value to show, or the range does not suit the scale.
+    pub fn histogram(&self, volume: &Volume) -> Result<Histogram, LookError> {
         let [low, high] = volume.leaf_range().ok_or(LookError::NoFiniteValue)?;
         let scale = self.scale([low, high]);
         let [low, high] = match self.range {
@@ -48,15 +56,14 @@ impl Look {
             None => [low, high],
         };
         let empty = Histogram::new(low, high, scale, automatic::HISTOGRAM_BINS)?;
-        let histogram = volume.fold_leaf_cells(
+        Ok(volume.fold_leaf_cells(
             || empty.clone(),
             |histogram, cell| histogram.add(cell.value, cell.volume),
             |mut sum, part| {
                 sum.merge(&part);
                 sum
             },
-        );
-        Ok(automatic::transfer_function(&histogram, self.color_map, self.range))
+        ))
     }
 
     /// The colours alone, for pictures in which every value is opaque; `values` are those shown.

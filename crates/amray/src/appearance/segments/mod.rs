@@ -7,7 +7,7 @@ use super::{PreparedTransferFunction, Scale};
 use crate::simd::SHORT_TABLES;
 use knots::Knot;
 
-pub(crate) use integral::{Glow, Light, Place};
+pub(crate) use integral::{Glow, Light, Place, Slopes};
 
 /// Extinction and colour, linear in the position on each of a number of segments.
 ///
