@@ -5,6 +5,7 @@ use crate::appearance::{PreparedTransferFunction, Segments, Window};
 use crate::hierarchy::Normalisation;
 use crate::index::{Index, Region};
 use crate::layout::PieceNode;
+use crate::reconstruction::Method;
 
 /// How a node of the tree of pieces looks under one transfer function.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +39,8 @@ pub(super) struct Visibility<'a> {
     steps: Vec<f64>,
     cell_sizes: Vec<f64>,
     adaptive: bool,
+    /// Whether values jump from cell to cell: how they bend tells nothing then.
+    has_steps: bool,
 }
 
 /// How far the optical depth of a piece may be off because its samples are far apart. The bound that is held to it is a
@@ -68,6 +71,7 @@ impl<'a> Visibility<'a> {
             steps: steps(volume.index()),
             cell_sizes,
             adaptive,
+            has_steps: matches!(volume.method(), Method::Nearest | Method::Finest),
         }
     }
 
@@ -118,6 +122,9 @@ impl<'a> Visibility<'a> {
             return NodeLook::Seen(SeenLook { window, step: self.steps[level] as f32 });
         }
         let window = self.segments.window(piece.range);
+        if self.has_steps {
+            return NodeLook::Seen(SeenLook { window, step: self.steps[level] as f32 });
+        }
         // Over a step of n cells, values differ from a line by up to n^2 / 8 of how far they bend in one.
         let bend = f64::from(piece.roughness) / 8.0;
         let error = bend * self.segments.steepness(window) * f64::from(piece.width) * self.cell_sizes[level];

@@ -52,21 +52,22 @@ impl<S: Gather> Light<S> {
         let zero = Floats::splat(simd, 0.0);
         let depth = (glow.extinction * length).max(zero);
         // Alpha over depth. No lookahead of many steps fits into a processor: what counts is how soon a step is done.
-        let ratio = if (active & depth.simd_gt(Floats::splat(simd, THIN))).all_false() {
-            thin(simd, depth)
+        let (ratio, alpha) = if (active & depth.simd_gt(Floats::splat(simd, THIN))).all_false() {
+            let ratio = thin(simd, depth);
+            (ratio, ratio * depth)
         } else {
+            let is_thick = depth.simd_gt(Floats::splat(simd, THIN));
+            let ratio = thin(simd, depth);
             let alpha = Floats::splat(simd, 1.0) - exp2(simd, depth * Floats::splat(simd, -std::f32::consts::LOG2_E));
-            let thick = alpha / depth.max(Floats::splat(simd, THIN));
-            depth.simd_gt(Floats::splat(simd, THIN)).select(thick, thin(simd, depth))
+            (is_thick.select(alpha / depth, ratio), is_thick.select(alpha, ratio * depth))
         };
-        let seen = self.transmittance * ratio;
-        let share = seen * length;
+        let share = self.transmittance * ratio * length;
         for channel in 0..3 {
             // What other rays would add may be no number.
             let sum = share.mul_add(glow.emission[channel], self.color[channel]);
             self.color[channel] = active.select(sum, self.color[channel]);
         }
-        self.transmittance = active.select(self.transmittance - seen * depth, self.transmittance);
+        self.transmittance = active.select(self.transmittance - self.transmittance * alpha, self.transmittance);
     }
 }
 
