@@ -225,7 +225,7 @@ proptest! {
     fn offsets_and_magnitudes_cost_no_digits(seed: u64) {
         let mut random = Random(seed);
         let mesh = random_mesh(seed, &mut random);
-        for (offset, scale) in [(1e6, 1.0), (-1e12, 1.0), (0.0, 1e80), (1e80, 1e72), (0.0, 1e-60)] {
+        for (offset, scale) in [(1e6, 1.0), (-1e9, 1.0), (0.0, 1e80), (1e80, 1e72), (0.0, 1e-60)] {
             Case::new(mesh.clone(), |level, cell| offset + scale * noise(level, cell)).check(&mut random, 0.2)?;
         }
     }
