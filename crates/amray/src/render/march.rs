@@ -36,7 +36,7 @@ impl Footprint {
     fn longer(self, step: f32, distance: f32) -> f32 {
         let times = (self.near + self.growth * distance) / step;
         // Without its fraction a number is the power of two below.
-        if times >= 2.0 && times < f32::MAX { f32::from_bits(times.to_bits() & 0x7f80_0000) } else { 1.0 }
+        if (2.0..f32::MAX).contains(&times) { f32::from_bits(times.to_bits() & 0x7f80_0000) } else { 1.0 }
     }
 }
 
