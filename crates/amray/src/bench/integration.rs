@@ -2,7 +2,7 @@
 
 use fearless_simd::prelude::*;
 
-use crate::appearance::{Glow, Light, Place, Segments, Slopes, TransferFunction, Window};
+use crate::appearance::{Light, Segments, TransferFunction, Window};
 use crate::simd::{Floats, Gather, InstructionSet, Kernel, LANES, Mask};
 
 /// Integrates light along sixteen rays at a time.
@@ -38,22 +38,14 @@ impl Kernel for &Integrator {
     fn run<S: Gather>(self, simd: S) -> f32 {
         let segments = &self.segments;
         let mut light = Light::none(simd);
-        let (mut last, _, mut integral) = placed(simd, segments, &self.values[0]);
+        let (all, window) = (Mask::splat(simd, true), Window::all(segments));
+        let mut last = segments.place(simd, Floats::from_slice(simd, &self.values[0]), window);
         for values in &self.values {
-            let (place, slopes, next) = placed(simd, segments, values);
-            let mean = segments.mean(simd, [(&last, &integral), (&place, &next)], &slopes);
-            light.add(simd, &mean, Floats::splat(simd, 1.0), Mask::splat(simd, true));
-            (last, integral) = (place, next);
+            let place = segments.place(simd, Floats::from_slice(simd, values), window);
+            let mean = segments.mean(simd, [&last, &place], &segments.slopes(simd, place.segment), all);
+            light.add(simd, &mean, Floats::splat(simd, 1.0), all);
+            last = place;
         }
         simd.reduce_sum_f32x16(light.transmittance)
     }
-}
-
-/// Where values lie, the function's slopes there, and its integrals up to there.
-#[inline(always)]
-fn placed<S: Gather>(simd: S, segments: &Segments, values: &[f32; LANES]) -> (Place<S>, Slopes<S>, Glow<S>) {
-    let place = segments.place(simd, Floats::from_slice(simd, values), Window::all(segments));
-    let slopes = segments.slopes(simd, place.segment);
-    let integral = segments.integral(simd, &place, &slopes);
-    (place, slopes, integral)
 }

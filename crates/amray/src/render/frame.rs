@@ -3,7 +3,7 @@
 use fearless_simd::prelude::*;
 use glam::DVec3;
 
-use super::march::{Footprint, March, length_of};
+use super::march::{Footprint, March, lengths};
 use super::packet::{PACKETS, Packet, SIDE};
 use super::query::Query;
 use super::traverse::Span;
@@ -161,6 +161,7 @@ impl<E: Trace> Kernel for TileKernel<'_, E> {
         let domain = index.domain();
         let [low, high] = [domain.low, domain.high].map(|corner| corner.map(|cell| cell as f64));
         let count = frame.options.samples_per_pixel;
+        let weight = (count as f32).recip();
         let mut pixels = vec![[0.0; 4]; size[0] * size[1]];
         let mut statistics = RenderStatistics::default();
         let mut scratch = E::Scratch::<S>::default();
@@ -179,17 +180,21 @@ impl<E: Trace> Kernel for TileKernel<'_, E> {
                     [span.enter[packet], span.leave[packet]] = packets[packet].clip(simd, low, high);
                     inside[packet] = span.enter[packet].simd_lt(span.leave[packet]);
                 }
-                statistics.ray_length += length_of(simd, &span, &inside);
+                statistics.ray_length += f64::from(simd.reduce_sum_f32x16(lengths(simd, &span, &inside)));
                 let lights = engine.trace(simd, &packets, &span, &mut scratch, &mut statistics);
                 for packet in 0..PACKETS {
                     let Light { color: [red, green, blue], transmittance } = lights[packet];
+                    let alpha = Floats::splat(simd, 1.0) - transmittance;
+                    let mut channels = [[0.0; LANES]; 4];
+                    for (lanes, channel) in channels.iter_mut().zip([red, green, blue, alpha]) {
+                        *lanes = (channel * Floats::splat(simd, weight)).into();
+                    }
                     for lane in 0..LANES {
                         let (x, y) = (left + packet * SIDE + lane % SIDE, top + lane / SIDE);
                         if x < size[0] && y < size[1] {
                             statistics.rays += 1;
-                            let color = [red[lane], green[lane], blue[lane], 1.0 - transmittance[lane]];
-                            for (sum, channel) in pixels[y * size[0] + x].iter_mut().zip(color) {
-                                *sum += channel / count as f32;
+                            for (sum, channel) in pixels[y * size[0] + x].iter_mut().zip(&channels) {
+                                *sum += channel[lane];
                             }
                         }
                     }

@@ -6,7 +6,7 @@ use super::packet::{Masks, PACKETS, Packet, Packets};
 use super::traverse::{Span, Stack, Visitor, traverse};
 use super::visibility::{NodeLook, SeenLook};
 use super::{Integration, RenderStatistics, Trace};
-use crate::appearance::{Glow, Light, Place, Segments, Window};
+use crate::appearance::{Glow, Light, Place, Segments, Slopes, Window};
 use crate::layout::{PieceNode, RegionFrame, RegionValues};
 use crate::simd::{Doubles, Floats, Gather, Integers, Mask};
 
@@ -21,6 +21,15 @@ pub(super) struct March<'a, V> {
     pub(super) looks: &'a [NodeLook],
     pub(super) integration: Integration,
     pub(super) footprint: Footprint,
+}
+
+/// How intervals between samples become light.
+#[derive(Clone, Copy)]
+pub(super) struct How<'a> {
+    pub(super) segments: &'a Segments,
+    pub(super) integration: Integration,
+    /// Whether all samples are numbers.
+    pub(super) is_finite: bool,
 }
 
 /// How wide a pixel is, in world units over the samples per cell: at the eye, and by how much more per distance.
@@ -43,8 +52,8 @@ impl Footprint {
 impl<V: RegionValues> March<'_, V> {
     /// How intervals are added.
     #[inline(always)]
-    fn how(&self) -> (&Segments, Integration, bool) {
-        (self.segments, self.integration, self.values.is_finite())
+    fn how(&self) -> How<'_> {
+        How { segments: self.segments, integration: self.integration, is_finite: self.values.is_finite() }
     }
 }
 
@@ -63,6 +72,7 @@ impl<V: RegionValues> Trace for March<'_, V> {
         let mut marcher = Marcher::new(simd, self, packets, span, *statistics);
         traverse(simd, self.pieces, self.looks, packets, *span, stack, &mut marcher);
         *statistics = marcher.statistics;
+        statistics.skipped_length += f64::from(simd.reduce_sum_f32x16(marcher.skipped));
         let mut lights = [Light::none(simd); PACKETS];
         for number in 0..PACKETS {
             lights[number] = marcher.rays[number].light;
@@ -89,6 +99,8 @@ struct Marcher<'a, S: Gather, V> {
     begun: Masks<S>,
     /// Where that sample was.
     last_at: [Doubles<S>; PACKETS],
+    /// How far each lane's rays have passed over what is invisible.
+    skipped: Floats<S>,
     statistics: RenderStatistics,
 }
 
@@ -107,9 +119,6 @@ struct Course<S: Gather> {
     length: Floats<S>,
     /// From the first to the last step at which all rays are in the region's pure box.
     pure: [f32; 2],
-    /// From which step on the last samples lie on the one segment that there is.
-    on_segment: f32,
-    integral: Glow<S>,
 }
 
 /// What changes with every sample.
@@ -124,6 +133,8 @@ pub(super) struct Rays<S: Gather> {
 struct LocalRays<'a, S: Gather> {
     packet: &'a Packet<S>,
     frame: &'a RegionFrame,
+    /// Cells of the finest level per cell of the region's.
+    size: &'a [f64; 3],
     scale: [f64; 3],
 }
 
@@ -150,6 +161,7 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
             clear,
             begun: [none; PACKETS],
             last_at: [Doubles::splat(simd, 0.0); PACKETS],
+            skipped: Floats::splat(simd, 0.0),
             statistics,
         }
     }
@@ -168,8 +180,7 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
                 let place = self.march.segments.place(simd, value, Window::all(self.march.segments));
                 let length = (at - self.last_at[packet]).to_floats();
                 let state = &mut self.rays[packet];
-                let integral = state.integral(simd, self.march.segments);
-                state.add(simd, self.march.how(), &integral, place, length, joined);
+                state.add(simd, self.march.how(), place, length, joined);
                 state.last = Place::select(rays, place, state.last);
                 self.last_at[packet] = Doubles::select(simd, rays, at, self.last_at[packet]);
                 self.statistics.samples += u64::from(rays.to_bitmask().count_ones());
@@ -182,7 +193,7 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
         let frame = self.march.values.frame(region);
         let size = self.march.values.finest_cells(frame.level.unwrap_or(0));
         let packet = &self.packets[packet];
-        LocalRays { packet, frame, scale: [size[0].recip(), size[1].recip(), size[2].recip()] }
+        LocalRays { packet, frame, size, scale: [size[0].recip(), size[1].recip(), size[2].recip()] }
     }
 
     /// The way of a packet's `rays` through a region.
@@ -207,17 +218,6 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
         let start = local.at(simd, first_at);
         let step = step.to_floats();
         let stride = local.stride(simd, step);
-        let state = &self.rays[packet];
-        let window = look.window;
-        let (mut on_segment, mut integral) = (f32::INFINITY, Glow::none(simd));
-        if window.first == window.last && self.march.values.is_finite() {
-            let segment = Integers::splat(simd, i32::from(window.first));
-            let elsewhere = state.last.segment.simd_ne(segment) & counts.simd_gt(Floats::splat(simd, 0.0));
-            on_segment = if elsewhere.any_true() { 1.0 } else { 0.0 };
-        }
-        if on_segment > 0.0 {
-            integral = state.integral(simd, self.march.segments);
-        }
         Course {
             start,
             stride,
@@ -226,9 +226,7 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
             first_at,
             step,
             length: (first_at - self.last_at[packet]).to_floats(),
-            pure: pure_steps(simd, local.frame, &start, &stride, counts),
-            on_segment,
-            integral,
+            pure: local.pure_steps(simd, &start, rate.to_floats(), counts),
         }
     }
 
@@ -237,11 +235,12 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
     fn march_through(&mut self, region: usize, look: &SeenLook, span: &Span<S>, rays: &Masks<S>) {
         let simd = self.simd;
         let March { values, segments, footprint, .. } = self.march;
-        let mut nearest = f32::INFINITY;
+        let far = Floats::splat(simd, f32::INFINITY);
+        let mut nearest = far;
         for packet in 0..PACKETS {
-            let far = Floats::splat(simd, f32::INFINITY);
-            nearest = nearest.min(simd.reduce_min_f32x16(rays[packet].select(span.enter[packet], far)));
+            nearest = rays[packet].select(nearest.min(span.enter[packet]), nearest);
         }
+        let nearest = simd.reduce_min_f32x16(nearest);
         // Cells much smaller than a pixel need not all be looked at.
         let step = self.packets[0].coarse_step.first() as f32 * look.step;
         let look = &SeenLook { step: look.step * footprint.longer(step, self.packets[0].distance + nearest), ..*look };
@@ -249,8 +248,10 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
         for packet in 1..PACKETS {
             courses[packet] = self.course(packet, region, look, [span.enter[packet], span.leave[packet]], rays[packet]);
         }
-        // Where all values lie on one segment, no integrals are needed between them.
-        let slopes = segments.slopes(simd, Integers::splat(simd, i32::from(look.window.first)));
+        // Mostly all values lie on one segment.
+        let is_one_segment = look.window.first == look.window.last && values.is_finite();
+        let may_be_dark = segments.may_be_dark(look.window) && values.is_finite();
+        let mut slopes = segments.slopes(simd, Integers::splat(simd, i32::from(look.window.first)));
         let mut states = self.rays;
         let mut statistics = self.statistics;
         let mut number = 0.0f32;
@@ -282,12 +283,11 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
                     values.anywhere(simd, region, point, active)
                 };
                 let place = segments.place(simd, value, look.window);
-                if number >= course.on_segment {
-                    let mean = slopes.mean(simd, state.last.position, place.position);
-                    state.light.add(simd, &mean, course.length, seen);
-                } else {
-                    let next = state.add(simd, self.march.how(), &course.integral, place, course.length, seen);
-                    course.integral = Glow::select(active, next, course.integral);
+                if !(may_be_dark && segments.is_dark(simd, [&state.last, &place], seen)) {
+                    if !is_one_segment {
+                        slopes = segments.slopes(simd, place.segment);
+                    }
+                    state.add_along(simd, self.march.how(), &slopes, place, course.length, seen);
                 }
                 state.last = Place::select(active, place, state.last);
                 course.length = course.step;
@@ -321,27 +321,31 @@ impl<S: Gather> Rays<S> {
         self.light.transmittance.simd_ge(Floats::splat(simd, OPAQUE))
     }
 
-    /// Adds the interval from the last samples, up to which the integrals are `integral`, to `place`; returns the
-    /// integrals up to there. A sample that is no number is taken to be like the other end of its interval, over half
-    /// of it.
+    /// Adds the interval from the last samples to `place`.
     #[inline(always)]
-    pub(super) fn add(
+    pub(super) fn add(&mut self, simd: S, how: How<'_>, place: Place<S>, length: Floats<S>, rays: Mask<S>) {
+        let slopes = how.segments.slopes(simd, place.segment);
+        self.add_along(simd, how, &slopes, place, length, rays);
+    }
+
+    /// Adds the interval from the last samples to `place`, where the slopes are known. A sample that is no number is
+    /// taken to be like the other end of its interval, over half of it.
+    #[inline(always)]
+    fn add_along(
         &mut self,
         simd: S,
-        (segments, integration, finite): (&Segments, Integration, bool),
-        integral: &Glow<S>,
+        How { segments, integration, is_finite }: How<'_>,
+        slopes: &Slopes<S>,
         place: Place<S>,
         length: Floats<S>,
         rays: Mask<S>,
-    ) -> Glow<S> {
-        let slopes = segments.slopes(simd, place.segment);
-        let next = segments.integral(simd, &place, &slopes);
-        let mut mean = segments.mean(simd, [(&self.last, integral), (&place, &next)], &slopes);
+    ) {
+        let mut mean = match integration {
+            Integration::Preintegrated => segments.mean(simd, [&self.last, &place], slopes, rays),
+            Integration::AtSamples => segments.midway(simd, self.last.position, place.position),
+        };
         let (mut length, mut seen) = (length, rays);
-        if integration == Integration::AtSamples {
-            mean = segments.midway(simd, self.last.position, place.position);
-        }
-        if !finite {
+        if !is_finite {
             let sum = self.last.position + place.position;
             let unknown = sum.simd_ne(sum) & rays;
             let known_from = self.last.position.simd_eq(self.last.position);
@@ -353,20 +357,13 @@ impl<S: Gather> Rays<S> {
             seen &= known_from | known_to;
         }
         self.light.add(simd, &mean, length, seen);
-        next
-    }
-
-    /// The integrals up to the last samples.
-    #[inline(always)]
-    pub(super) fn integral(&self, simd: S, segments: &Segments) -> Glow<S> {
-        segments.integral(simd, &self.last, &segments.slopes(simd, self.last.segment))
     }
 }
 
 impl<S: Gather, V: RegionValues> Visitor<S> for Marcher<'_, S, V> {
     #[inline(always)]
     fn skip(&mut self, span: &Span<S>, rays: &Masks<S>) {
-        self.statistics.skipped_length += length_of(self.simd, span, rays);
+        self.skipped += lengths(self.simd, span, rays);
     }
 
     #[inline(always)]
@@ -392,8 +389,8 @@ impl<S: Gather, V: RegionValues> Visitor<S> for Marcher<'_, S, V> {
                 // The last value goes on up to the hole.
                 let length = (Doubles::from_floats(enter) - self.last_at[packet]).to_floats();
                 let state = &mut self.rays[packet];
-                let (integral, last) = (state.integral(simd, self.march.segments), state.last);
-                state.add(simd, self.march.how(), &integral, last, length, ending);
+                let last = state.last;
+                state.add(simd, self.march.how(), last, length, ending);
                 self.begun[packet] &= !ending;
             } else if look.is_none() && ending.any_true() {
                 self.sample_on_face(packet, region, enter, ending, ending);
@@ -437,44 +434,37 @@ impl<S: Gather> LocalRays<'_, S> {
         }
         stride
     }
+
+    /// The steps, counted from 0 at `start`, at which all rays are inside the region's pure box; `rate` are steps per
+    /// length.
+    #[inline(always)]
+    fn pure_steps(&self, simd: S, start: &[Floats<S>; 3], rate: Floats<S>, counts: Floats<S>) -> [f32; 2] {
+        if self.frame.is_pure {
+            return [0.0, f32::INFINITY];
+        }
+        let (zero, infinity) = (Floats::splat(simd, 0.0), Floats::splat(simd, f32::INFINITY));
+        let (mut enter, mut leave) = (zero, infinity);
+        for axis in 0..3 {
+            let inverse = self.packet.inverse[axis] * rate * Floats::splat(simd, self.size[axis] as f32);
+            let a = (Floats::splat(simd, self.frame.pure[0][axis]) - start[axis]) * inverse;
+            let b = (Floats::splat(simd, self.frame.pure[1][axis]) - start[axis]) * inverse;
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        // Rays that are through before they get there, or before they leave, do not matter.
+        let enter = enter.min(counts);
+        let leave = leave.simd_ge(counts - Floats::splat(simd, 1.0)).select(infinity, leave);
+        let used = counts.simd_gt(zero);
+        [simd.reduce_max_f32x16(used.select(enter, zero)), simd.reduce_min_f32x16(used.select(leave, infinity))]
+    }
 }
 
-/// The steps, counted from 0, at which all rays are inside the region's pure box.
+/// How far each lane's rays go, all together.
 #[inline(always)]
-fn pure_steps<S: Gather>(
-    simd: S,
-    frame: &RegionFrame,
-    start: &[Floats<S>; 3],
-    stride: &[Floats<S>; 3],
-    counts: Floats<S>,
-) -> [f32; 2] {
-    if frame.is_pure {
-        return [0.0, f32::INFINITY];
-    }
-    let zero = Floats::splat(simd, 0.0);
-    let infinity = Floats::splat(simd, f32::INFINITY);
-    let (mut enter, mut leave) = (zero, infinity);
-    for axis in 0..3 {
-        // Not an approximation: what is beyond the box may be a hole.
-        let inverse = Floats::splat(simd, 1.0) / stride[axis];
-        let a = (Floats::splat(simd, frame.pure[0][axis]) - start[axis]) * inverse;
-        let b = (Floats::splat(simd, frame.pure[1][axis]) - start[axis]) * inverse;
-        enter = enter.max(a.min(b));
-        leave = leave.min(a.max(b));
-    }
-    // Rays that are through before they get there, or before they leave, do not matter.
-    let enter = enter.min(counts);
-    let leave = leave.simd_ge(counts - Floats::splat(simd, 1.0)).select(infinity, leave);
-    let used = counts.simd_gt(zero);
-    [simd.reduce_max_f32x16(used.select(enter, zero)), simd.reduce_min_f32x16(used.select(leave, infinity))]
-}
-
-/// How far rays go, all together.
-#[inline(always)]
-pub(super) fn length_of<S: Gather>(simd: S, span: &Span<S>, rays: &Masks<S>) -> f64 {
+pub(super) fn lengths<S: Gather>(simd: S, span: &Span<S>, rays: &Masks<S>) -> Floats<S> {
     let mut sum = Floats::splat(simd, 0.0);
     for packet in 0..PACKETS {
         sum = rays[packet].select(sum + span.leave[packet] - span.enter[packet], sum);
     }
-    f64::from(simd.reduce_sum_f32x16(sum))
+    sum
 }

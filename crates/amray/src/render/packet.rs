@@ -35,7 +35,8 @@ pub(super) struct Packet<S: Gather> {
     /// A place in the domain that all planes are measured from, so that single precision is enough for where rays cross
     /// them.
     reference: [f64; 3],
-    inverse: [Floats<S>; 3],
+    /// One over the directions.
+    pub(super) inverse: [Floats<S>; 3],
     /// By how much a ray crosses a plane later than one through the reference.
     lag: [Floats<S>; 3],
     order: Order,
@@ -74,20 +75,23 @@ impl<S: Gather> Packet<S> {
         let squares = parts[0] * parts[0] + parts[1] * parts[1] + parts[2] * parts[2];
         let normal = squares.inverse_sqrt(simd);
         let (mut start, mut direction, mut inverse) = ([zero; 3], [zero; 3], [Floats::splat(simd, 0.0); 3]);
-        let mut cells = zero;
+        let mut cells = Floats::splat(simd, 0.0);
         for axis in 0..3 {
             start[axis] = (at_pixels(simd, &plane.start, [x, y], axis) - Doubles::splat(simd, origin[axis]))
                 * Doubles::splat(simd, finest[axis].recip());
             let part = parts[axis] * normal;
             let small = part.to_floats().abs().simd_lt(Floats::splat(simd, LEAST as f32));
             let part = Doubles::select(simd, small, Doubles::splat(simd, LEAST), part);
-            let per_cell = part * Doubles::splat(simd, coarsest[axis].recip());
+            let per_cell = part.to_floats() * Floats::splat(simd, (coarsest[0] / coarsest[axis]) as f32);
             cells = per_cell.mul_add(per_cell, cells);
             direction[axis] = part * Doubles::splat(simd, finest[axis].recip());
             inverse[axis] = Floats::splat(simd, 1.0) / direction[axis].to_floats();
         }
-        let rate = cells.sqrt() * Doubles::splat(simd, samples_per_cell);
-        let coarse_step = rate.recip(simd);
+        // To the digits of single precision only, but the same in all regions.
+        let cells = cells.sqrt();
+        let step = Doubles::from_floats(Floats::splat(simd, 1.0) / cells);
+        let coarse_rate = Doubles::from_floats(cells) * Doubles::splat(simd, samples_per_cell / coarsest[0]);
+        let coarse_step = step * Doubles::splat(simd, coarsest[0] / samples_per_cell);
         let parallel = plane.start[1] != DVec3::ZERO;
         let order = if parallel {
             let [x, y, z] = direction;
@@ -97,13 +101,14 @@ impl<S: Gather> Packet<S> {
         };
         let domain = index.domain();
         let [low, high] = [domain.low, domain.high].map(|corner| corner.map(|cell| cell as f64));
-        let mut entry = zero;
+        let mut entry = Floats::splat(simd, 0.0);
         for axis in 0..3 {
-            let inverse = direction[axis].recip(simd);
-            let a = (Doubles::splat(simd, low[axis]) - start[axis]) * inverse;
-            let b = (Doubles::splat(simd, high[axis]) - start[axis]) * inverse;
+            let a = (Doubles::splat(simd, low[axis]) - start[axis]).to_floats() * inverse[axis];
+            let b = (Doubles::splat(simd, high[axis]) - start[axis]).to_floats() * inverse[axis];
             entry = entry.max(a.min(b));
         }
+        // Rather too early than too late.
+        let entry = Doubles::from_floats(entry * Floats::splat(simd, 1.0 - 1e-6));
         let (mut reference, mut lag) = ([0.0; 3], [Floats::splat(simd, 0.0); 3]);
         for axis in 0..3 {
             start[axis] = entry.mul_add(direction[axis], start[axis]);
@@ -118,7 +123,7 @@ impl<S: Gather> Packet<S> {
             distance: entry.first() as f32,
             offset,
             coarse_step,
-            coarse_rate: rate,
+            coarse_rate,
             reference,
             inverse,
             lag,

@@ -3,7 +3,7 @@
 
 use fearless_simd::prelude::*;
 
-use super::march::Rays;
+use super::march::{How, Rays};
 use super::packet::{PACKETS, Packet, Packets};
 use super::traverse::Span;
 use super::{Integration, RenderStatistics, Trace};
@@ -55,11 +55,11 @@ impl<T: Voxel> Query<'_, T> {
         let zero = Floats::splat(simd, 0.0);
         let mut active = enter.simd_lt(leave);
         let mut rays = Rays::new(simd);
-        let mut integral = rays.integral(simd, self.segments);
         let (mut at, end) = (Doubles::from_floats(enter), Doubles::from_floats(leave));
         let mut length = zero;
         let mut begun = Mask::splat(simd, false);
         let window = Window::all(self.segments);
+        let how = How { segments: self.segments, integration: self.integration, is_finite: false };
         while active.any_true() {
             let mut points: PacketPoints = [[0.0; 16]; 3];
             for axis in 0..3 {
@@ -69,8 +69,7 @@ impl<T: Voxel> Query<'_, T> {
             statistics.samples += u64::from(active.to_bitmask().count_ones());
             let place = self.segments.place(simd, samples.values, window);
             let seen = active & begun;
-            let next = rays.add(simd, (self.segments, self.integration, false), &integral, place, length, seen);
-            integral = next;
+            rays.add(simd, how, place, length, seen);
             rays.last = place;
             begun = active;
             // The next point of the lattice whose step fits the leaf cell; the ray's end is the last sample.

@@ -45,7 +45,7 @@ pub(super) struct Visibility<'a> {
 
 /// How far the optical depth of a piece may be off because its samples are far apart. The bound that is held to it is a
 /// loose one: pictures are off by less than a twentieth of it.
-const TOLERANCE: f64 = 1e-2;
+const TOLERANCE: f64 = 4e-2;
 /// What it costs to stop and go on between two pieces, in samples.
 const STOP: f32 = 8.0;
 /// The longest step, in cells.

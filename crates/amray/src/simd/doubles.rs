@@ -119,17 +119,6 @@ impl<S: Gather> Doubles<S> {
         Self([self.0[0].min(other.0[0]), self.0[1].min(other.0[1])])
     }
 
-    /// The higher of two numbers.
-    #[inline(always)]
-    pub(crate) fn max(self, other: Self) -> Self {
-        Self([self.0[0].max(other.0[0]), self.0[1].max(other.0[1])])
-    }
-
-    #[inline(always)]
-    pub(crate) fn sqrt(self) -> Self {
-        Self([self.0[0].sqrt(), self.0[1].sqrt()])
-    }
-
     /// One over the square root of numbers that single precision can hold, with 13 digits.
     #[inline(always)]
     pub(crate) fn inverse_sqrt(self, simd: S) -> Self {

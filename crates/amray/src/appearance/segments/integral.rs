@@ -5,6 +5,7 @@ mod tests;
 
 use fearless_simd::prelude::*;
 
+use super::tables::{INTEGRALS, SLOPES, START};
 use super::{PositionAxis, Segments, Window};
 use crate::simd::{Floats, Gather, Integers, Mask, exp2, log2};
 
@@ -32,9 +33,10 @@ pub(crate) struct Glow<S: Gather> {
     emission: [Floats<S>; 3],
 }
 
-/// How the integrals go on over segments: coefficients of their derivatives.
+/// How extinction and emission run on segments: polynomials of the distance from where each starts.
 #[derive(Clone, Copy)]
 pub(crate) struct Slopes<S: Gather> {
+    start: Floats<S>,
     extinction: [Floats<S>; 2],
     emission: [[Floats<S>; 3]; 3],
 }
@@ -50,7 +52,11 @@ impl<S: Gather> Light<S> {
     #[inline(always)]
     pub(crate) fn add(&mut self, simd: S, glow: &Glow<S>, length: Floats<S>, active: Mask<S>) {
         let zero = Floats::splat(simd, 0.0);
+        // Rounding may leave a little less than nothing.
         let depth = (glow.extinction * length).max(zero);
+        if (active & depth.simd_gt(zero)).all_false() {
+            return;
+        }
         // Alpha over depth. No lookahead of many steps fits into a processor: what counts is how soon a step is done.
         let (ratio, alpha) = if (active & depth.simd_gt(Floats::splat(simd, THIN))).all_false() {
             let ratio = thin(simd, depth);
@@ -92,12 +98,6 @@ impl<S: Gather> Place<S> {
 }
 
 impl<S: Gather> Glow<S> {
-    /// Nothing.
-    #[inline(always)]
-    pub(crate) fn none(simd: S) -> Self {
-        Self { extinction: Floats::splat(simd, 0.0), emission: [Floats::splat(simd, 0.0); 3] }
-    }
-
     /// `yes` where the mask is set, else `no`.
     #[inline(always)]
     pub(crate) fn select(mask: Mask<S>, yes: Self, no: Self) -> Self {
@@ -108,16 +108,14 @@ impl<S: Gather> Glow<S> {
         selected
     }
 
-    /// The mean between two places, from the integrals up to them.
+    /// `weight` times the difference of two.
     #[inline(always)]
-    fn between([from, to]: [&Self; 2], width: Floats<S>) -> Self {
-        // To four digits: this goes into an opacity.
-        let inverse = width.approximate_recip();
-        let mut mean = Self { extinction: (to.extinction - from.extinction) * inverse, ..*to };
+    fn difference(&self, other: &Self, weight: Floats<S>) -> Self {
+        let mut difference = Self { extinction: (self.extinction - other.extinction) * weight, ..*self };
         for channel in 0..3 {
-            mean.emission[channel] = (to.emission[channel] - from.emission[channel]) * inverse;
+            difference.emission[channel] = (self.emission[channel] - other.emission[channel]) * weight;
         }
-        mean
+        difference
     }
 }
 
@@ -125,9 +123,9 @@ impl<S: Gather> Slopes<S> {
     /// The mean over intervals that lie on one segment each, between two positions.
     #[inline(always)]
     pub(crate) fn mean(&self, simd: S, from: Floats<S>, to: Floats<S>) -> Glow<S> {
-        let middle = (from + to) * Floats::splat(simd, 0.5);
+        let middle = (from + to).mul_add(Floats::splat(simd, 0.5), -self.start);
         let width = to - from;
-        // The mean square of the position.
+        // The mean square of the distance.
         let square = (width * width).mul_add(Floats::splat(simd, 1.0 / 12.0), middle * middle);
         let [base, slope] = self.extinction;
         let mut mean = Glow { extinction: middle.mul_add(slope, base), emission: [square; 3] };
@@ -165,7 +163,7 @@ impl Segments {
         if window.last - window.first < FEW {
             // No comparison waits for another one.
             let one = Integers::splat(simd, 1);
-            for next in &self.starts[usize::from(window.first) + 1..=usize::from(window.last)] {
+            for next in &self.starts()[usize::from(window.first) + 1..=usize::from(window.last)] {
                 segment = position.simd_ge(Floats::splat(simd, *next)).select(segment + one, segment);
             }
             return segment;
@@ -174,11 +172,19 @@ impl Segments {
         let mut step = ((u32::from(window.last - window.first) + 1).next_power_of_two() / 2) as i32;
         while step > 0 {
             let next = (segment + Integers::splat(simd, step)).min(last);
-            let reached = position.simd_ge(simd.look_up(&self.starts, next));
+            let reached = position.simd_ge(self.tables.look_up(simd, [START], next)[0]);
             segment = reached.select(next, segment);
             step /= 2;
         }
         segment
+    }
+
+    /// Whether all values between two places of all `rays` lie below, or above, all that is seen.
+    #[inline(always)]
+    pub(crate) fn is_dark<S: Gather>(&self, simd: S, [from, to]: [&Place<S>; 2], rays: Mask<S>) -> bool {
+        let below = from.segment.max(to.segment).simd_lt(Integers::splat(simd, self.lit[0]));
+        let above = from.segment.min(to.segment).simd_gt(Integers::splat(simd, self.lit[1]));
+        (rays & !(below | above)).all_false()
     }
 
     /// What is halfway between two positions: the function as it is at one sample.
@@ -189,51 +195,69 @@ impl Segments {
         self.slopes(simd, segment).mean(simd, middle, middle)
     }
 
-    /// The slopes of the segments of places.
+    /// The slopes of segments.
     #[inline(always)]
     pub(crate) fn slopes<S: Gather>(&self, simd: S, segment: Integers<S>) -> Slopes<S> {
-        let [_, base, slope] = &self.extinction;
-        let extinction = [simd.look_up(base, segment), simd.look_up(slope, segment)];
-        let mut emission = [[extinction[0]; 3]; 3];
-        for channel in 0..3 {
-            for power in 0..3 {
-                emission[channel][power] = simd.look_up(&self.emission[channel][power + 1], segment);
-            }
-        }
-        Slopes { extinction, emission }
+        let [start, base, slope, r0, r1, r2, g0, g1, g2, b0, b1, b2] = self.tables.look_up(simd, SLOPES, segment);
+        Slopes { start, extinction: [base, slope], emission: [[r0, r1, r2], [g0, g1, g2], [b0, b1, b2]] }
     }
 
-    /// The integrals of extinction and emission from position 0 to places.
-    #[inline(always)]
-    pub(crate) fn integral<S: Gather>(&self, simd: S, place: &Place<S>, slopes: &Slopes<S>) -> Glow<S> {
-        let (half, third) = (Floats::splat(simd, 1.0 / 2.0), Floats::splat(simd, 1.0 / 3.0));
-        let x = place.position;
-        let [base, slope] = slopes.extinction;
-        let constant = simd.look_up(&self.extinction[0], place.segment);
-        let mut integral = Glow { extinction: x.mul_add(x.mul_add(slope * half, base), constant), emission: [x; 3] };
-        for channel in 0..3 {
-            let [base, slope, curvature] = slopes.emission[channel];
-            let constant = simd.look_up(&self.emission[channel][0], place.segment);
-            let rest = x.mul_add(x.mul_add(curvature * third, slope * half), base);
-            integral.emission[channel] = x.mul_add(rest, constant);
-        }
-        integral
-    }
-
-    /// The mean over intervals between two places, exact for values that run linearly; each place with the integral up
-    /// to it, and the slopes at the second one.
+    /// The means over intervals between two places, exact for values that run linearly, with the slopes of the second
+    /// one. Those of other than `rays` are anything.
     #[inline(always)]
     pub(crate) fn mean<S: Gather>(
         &self,
         simd: S,
-        [from, to]: [(&Place<S>, &Glow<S>); 2],
+        [from, to]: [&Place<S>; 2],
         slopes: &Slopes<S>,
+        rays: Mask<S>,
     ) -> Glow<S> {
+        let mean = slopes.mean(simd, from.position, to.position);
+        let crosses = from.segment.simd_ne(to.segment);
+        // Mostly no value crosses from one segment to another.
+        if (crosses & rays).all_false() {
+            return mean;
+        }
+        Glow::select(crosses, self.mean_across(simd, [from, to], slopes), mean)
+    }
+
+    /// The means over intervals between places on different segments.
+    #[inline(always)]
+    fn mean_across<S: Gather>(&self, simd: S, [from, to]: [&Place<S>; 2], slopes: &Slopes<S>) -> Glow<S> {
         // The difference of integrals over less would be rounding.
-        const NARROW: f32 = 1e-4;
-        let width = to.0.position - from.0.position;
-        let apart = from.0.segment.simd_ne(to.0.segment) & width.abs().simd_gt(Floats::splat(simd, NARROW));
-        let same = slopes.mean(simd, from.0.position, to.0.position);
-        Glow::select(apart, Glow::between([from.1, to.1], width), same)
+        const NARROW: f32 = 1e-5;
+        let from_slopes = self.slopes(simd, from.segment);
+        let width = to.position - from.position;
+        let inverse = Floats::splat(simd, 1.0) / width;
+        let wide = self.integral(simd, to, slopes).difference(&self.integral(simd, from, &from_slopes), inverse);
+        let is_wide = width.abs().simd_gt(Floats::splat(simd, NARROW));
+        if is_wide.all_true() {
+            return wide;
+        }
+        let [mut first, last] =
+            [from_slopes.mean(simd, from.position, from.position), slopes.mean(simd, to.position, to.position)];
+        let half = Floats::splat(simd, 0.5);
+        first.extinction = (first.extinction + last.extinction) * half;
+        for channel in 0..3 {
+            first.emission[channel] = (first.emission[channel] + last.emission[channel]) * half;
+        }
+        Glow::select(is_wide, wide, first)
+    }
+
+    /// The integrals of extinction and emission from position 0 to places.
+    #[inline(always)]
+    fn integral<S: Gather>(&self, simd: S, place: &Place<S>, slopes: &Slopes<S>) -> Glow<S> {
+        let (half, third) = (Floats::splat(simd, 1.0 / 2.0), Floats::splat(simd, 1.0 / 3.0));
+        let x = place.position - slopes.start;
+        let [extinction, red, green, blue] = self.tables.look_up(simd, INTEGRALS, place.segment);
+        let [base, slope] = slopes.extinction;
+        let mut integral =
+            Glow { extinction: x.mul_add(x.mul_add(slope * half, base), extinction), emission: [red, green, blue] };
+        for channel in 0..3 {
+            let [base, slope, curvature] = slopes.emission[channel];
+            let rest = x.mul_add(x.mul_add(curvature * third, slope * half), base);
+            integral.emission[channel] = x.mul_add(rest, integral.emission[channel]);
+        }
+        integral
     }
 }

@@ -4,10 +4,16 @@ use super::super::PreparedTransferFunction;
 
 /// How far colours may be off: a quarter of what an 8-bit picture can show.
 const COLOR_TOLERANCE: f64 = 1.0 / 1024.0;
-/// By which share extinctions may be off.
-const EXTINCTION_TOLERANCE: f64 = 2e-3;
+/// By which share extinctions may be off for each of two reasons: because they bend, and because knots are left out.
+const EXTINCTION_TOLERANCE: f64 = 1e-3;
 /// Extinctions end here, in optical depth of a unit distance: infinite ones have no slope.
 const MOST_DEPTH: f64 = 1e6;
+
+/// The shortest line between knots, as a share of the distance between two points of the function.
+const SHORTEST: f64 = 1.0 / 16384.0;
+
+/// Knots nearer to each other than this are one, with a step.
+const NEAREST: f64 = 1e-6;
 
 /// Extinction, red, green and blue.
 pub(super) type Look = [f64; 4];
@@ -29,23 +35,48 @@ pub(super) fn of_function(function: &PreparedTransferFunction, [low, high]: [f64
     places.extend(function.point_positions().into_iter().filter(|&place| low < place && place < high));
     places.push(high);
     let knot = |place: f64| Knot {
-        position: if place >= high { 1.0 } else { (place - low) / width },
+        // As exact as it is kept, so that integrals fit to it.
+        position: if place >= high { 1.0 } else { f64::from(((place - low) / width) as f32) },
         before: limited(function, function.before(place)),
         after: limited(function, function.after(place)),
     };
     let mut knots: Vec<Knot> = Vec::with_capacity(places.len());
     for place in places {
-        let next = knot(place);
-        if let Some(last) = knots.last().copied() {
-            let middle = |share: f64| {
-                let place = low + width * (last.position + (next.position - last.position) * share);
-                knot(place)
-            };
+        let mut next = knot(place);
+        if let Some(last) = knots.last_mut() {
+            let (from, to) = (last.position, next.position);
+            let middle = |share: f64| knot(low + width * (from + (to - from) * share));
+            // An opacity of 1 at one end only: its extinction rises like a logarithm, and over the last bit, from where
+            // a line starts, is higher by 1 in the mean.
+            let rise = 2.0 / function.unit_distance();
+            match [last.after, next.before].map(|look| look[0] >= MOST_DEPTH / function.unit_distance()) {
+                [true, false] => last.after[0] = middle(SHORTEST).after[0] + rise,
+                [false, true] => next.before[0] = middle(1.0 - SHORTEST).before[0] + rise,
+                _ => {}
+            }
+            let last = *last;
             bend(&mut knots, (0.0, last.after), (1.0, next.before), &middle, function.unit_distance());
         }
         knots.push(next);
     }
-    knots
+    apart(knots)
+}
+
+/// Joins knots that are too near to each other for a line between them.
+fn apart(knots: Vec<Knot>) -> Vec<Knot> {
+    let mut kept: Vec<Knot> = Vec::with_capacity(knots.len());
+    for knot in knots {
+        match kept.last_mut() {
+            Some(last) if knot.position - last.position < NEAREST => {
+                last.after = knot.after;
+                if knot.position == 1.0 {
+                    last.position = 1.0;
+                }
+            }
+            _ => kept.push(knot),
+        }
+    }
+    kept
 }
 
 fn limited(function: &PreparedTransferFunction, [extinction, red, green, blue]: Look) -> Look {
@@ -65,7 +96,7 @@ fn bend(
     let line = (first[0] + last[0]) / 2.0;
     // What is nearly opaque within a unit distance may be less exact.
     let tolerance = EXTINCTION_TOLERANCE * middle.after[0] * (1.0 + middle.after[0] * unit_distance);
-    if (line - middle.after[0]).abs() <= tolerance || to - from < 1e-4 {
+    if (line - middle.after[0]).abs() <= tolerance || to - from <= SHORTEST {
         return;
     }
     bend(knots, (from, first), (share, middle.before), at, unit_distance);

@@ -2,10 +2,11 @@
 
 mod integral;
 mod knots;
+mod tables;
 
 use super::{PreparedTransferFunction, Scale};
-use crate::simd::SHORT_TABLES;
 use knots::Knot;
+use tables::{KINDS, START, Tables};
 
 pub(crate) use integral::{Glow, Light, Place, Slopes};
 
@@ -15,13 +16,10 @@ pub(crate) use integral::{Glow, Light, Place, Slopes};
 #[derive(Clone, Debug)]
 pub(crate) struct Segments {
     axis: PositionAxis,
-    /// Where each segment starts; the first one reaches down to minus, the last one up to plus infinity.
-    starts: Vec<f32>,
-    /// Coefficients of the extinction's integral, then, for powers 0 and 1 of the position, of the extinction.
-    extinction: [Vec<f32>; 3],
-    /// The same of red, green and blue times extinction, with powers 0 to 2.
-    emission: [[Vec<f32>; 4]; 3],
+    tables: Tables,
     count: usize,
+    /// The first and the last segment with any extinction; where there is none, not in this order.
+    lit: [i32; 2],
     /// Per segment, how much extinction or emission change per position.
     steepness: Vec<f64>,
 }
@@ -58,8 +56,10 @@ impl Segments {
         let (axis, ends) = match function.scale() {
             Scale::Linear => (PositionAxis::Linear, [low, low + width]),
             Scale::Log10 => {
+                // A little more than all points: what is beyond is as at the ends.
                 let [first, last] = function.position_range();
-                let span = if last > first { last - first } else { 1.0 };
+                let margin = if last > first { (last - first) / 64.0 } else { 1.0 };
+                let (first, span) = (first - margin, last - first + 2.0 * margin);
                 let decade = std::f64::consts::LOG10_2;
                 let axis = PositionAxis::Log {
                     shift: (low / width) as f32,
@@ -71,64 +71,27 @@ impl Segments {
         };
         let knots = knots::simplified(knots::of_function(function, ends));
         let count = knots.len() - 1;
-        let mut segments = Self {
-            axis,
-            starts: Vec::with_capacity(count),
-            extinction: Default::default(),
-            emission: Default::default(),
-            count,
-            steepness: Vec::with_capacity(count),
-        };
         let mut integrals = [0.0; 4];
-        for pair in knots.windows(2) {
-            segments.push(&pair[0], &pair[1], &mut integrals);
-        }
-        // Short tables can be kept in registers, and no value is found beyond the last segment.
-        let length = SHORT_TABLES.into_iter().find(|&length| count <= length).unwrap_or(count);
-        segments.starts.resize(length, f32::INFINITY);
-        for table in segments.extinction.iter_mut().chain(segments.emission.as_flattened_mut()) {
-            table.resize(length, 0.0);
-        }
-        segments
+        let numbers: Vec<_> = knots.windows(2).map(|pair| numbers(&pair[0], &pair[1], &mut integrals)).collect();
+        let steepness = knots.windows(2).map(|pair| steepness(&pair[0], &pair[1])).collect();
+        let is_lit = |pair: &[Knot]| pair[0].after[0] > 0.0 || pair[1].before[0] > 0.0;
+        let lit = [
+            knots.windows(2).position(is_lit).map_or(i32::MAX, |first| first as i32),
+            knots.windows(2).rposition(is_lit).map_or(-1, |last| last as i32),
+        ];
+        Self { axis, tables: Tables::new(&numbers), count, lit, steepness }
     }
 
-    /// Appends the segment between two knots; `integrals` are those of extinction and emission up to its start.
-    fn push(&mut self, from: &Knot, to: &Knot, integrals: &mut [f64; 4]) {
-        let line = |component: usize| {
-            let slope = (to.before[component] - from.after[component]) / (to.position - from.position);
-            [from.after[component] - slope * from.position, slope]
-        };
-        // The antiderivative of a polynomial, whose coefficients start with power 0, without its constant.
-        let antiderivative = |coefficients: &[f64], x: f64| -> f64 {
-            coefficients.iter().enumerate().map(|(power, c)| c * x.powi(power as i32 + 1) / (power + 1) as f64).sum()
-        };
-        let [extinction, slope] = line(0);
-        self.starts.push(from.position as f32);
-        let append = |tables: &mut [Vec<f32>], coefficients: &[f64], integral: &mut f64| {
-            let [start, end] = [from.position, to.position].map(|x| antiderivative(coefficients, x));
-            tables[0].push((*integral - start) as f32);
-            *integral += end - start;
-            for (table, coefficient) in tables[1..].iter_mut().zip(coefficients) {
-                table.push(*coefficient as f32);
-            }
-        };
-        // A step, if only at the far end, is as if it took a thousandth of the range.
-        let width = to.position - from.position;
-        let step = (to.after[0] - to.before[0]).abs() / 1e-3;
-        self.steepness.push(((to.before[0] - from.after[0]).abs() / width).max(step));
-        append(&mut self.extinction, &[extinction, slope], &mut integrals[0]);
-        for channel in 0..3 {
-            let [color, color_slope] = line(channel + 1);
-            let product = [extinction * color, extinction * color_slope + slope * color, slope * color_slope];
-            append(&mut self.emission[channel], &product, &mut integrals[channel + 1]);
-        }
+    /// Where each segment starts; the first one reaches down to minus, the last one up to plus infinity.
+    fn starts(&self) -> &[f32] {
+        &self.tables.table(START)[..self.count]
     }
 
     /// The segments of the values from `low` to `high`, in units of the field's range.
     pub(crate) fn window(&self, [low, high]: [f32; 2]) -> Window {
         let segment = |unit: f32| {
             let position = self.position(unit);
-            self.starts[1..self.count].partition_point(|&start| start <= position) as u16
+            self.starts()[1..].partition_point(|&start| start <= position) as u16
         };
         Window { first: segment(low), last: segment(high) }
     }
@@ -139,6 +102,11 @@ impl Segments {
         steepest.fold(0.0, f64::max)
     }
 
+    /// Whether values of a window can lie below or above all that is seen.
+    pub(crate) fn may_be_dark(&self, window: Window) -> bool {
+        i32::from(window.first) < self.lit[0] || i32::from(window.last) > self.lit[1]
+    }
+
     fn position(&self, unit: f32) -> f32 {
         match self.axis {
             PositionAxis::Linear => unit,
@@ -147,4 +115,33 @@ impl Segments {
             }
         }
     }
+}
+
+/// What the tables hold of the segment between two knots; `integrals` are those of extinction and emission up to its
+/// start.
+fn numbers(from: &Knot, to: &Knot, integrals: &mut [f64; 4]) -> [f32; KINDS] {
+    let width = to.position - from.position;
+    let line = |component: usize| {
+        let start = from.after[component];
+        [start, (to.before[component] - start) / width]
+    };
+    let [extinction, slope] = line(0);
+    let mut numbers = vec![from.position, extinction, slope];
+    let before = *integrals;
+    integrals[0] += width * (extinction + width * slope / 2.0);
+    for channel in 0..3 {
+        let [color, color_slope] = line(channel + 1);
+        let product = [extinction * color, extinction * color_slope + slope * color, slope * color_slope];
+        integrals[channel + 1] += width * (product[0] + width * (product[1] / 2.0 + width * product[2] / 3.0));
+        numbers.extend(product);
+    }
+    numbers.extend(before);
+    std::array::from_fn(|kind| numbers[kind] as f32)
+}
+
+/// By how much extinction changes per position between two knots.
+fn steepness(from: &Knot, to: &Knot) -> f64 {
+    // A step, if only at the far end, is as if it took a thousandth of the range.
+    let step = (to.after[0] - to.before[0]).abs() / 1e-3;
+    ((to.before[0] - from.after[0]).abs() / (to.position - from.position)).max(step)
 }
