@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{FLAG, HOLE, NOT_FINITE, Padding};
+use super::{FLAG, HOLE, NOT_FINITE, Padding, is_hole};
 use crate::hierarchy::{Brick, IndexBox, Normalisation, Voxel};
 use crate::reconstruction::Sampler;
 
@@ -24,7 +24,7 @@ pub(super) fn fill<T: Voxel>(
     let filler = Filler { sampler, normalisation, padding };
     let finite = bricks.into_par_iter().map(|(place, brick, values)| {
         filler.brick(place, &brick, values);
-        values.iter().all(|value| value.is_finite() || value.to_bits() == HOLE)
+        values.iter().all(|value| value.is_finite() || is_hole(*value))
     });
     finite.reduce(|| true, |a, b| a && b)
 }
