@@ -138,7 +138,9 @@ fn engines_agree_on_random_meshes() {
             for samples in [4.0, 16.0, 64.0] {
                 let films = ENGINES.map(|engine| shot.film(whole(RenderOptions { engine, ..small(samples) })));
                 let [layouts, engines] = [largest(&films[0], &films[1]), largest(&films[0], &films[2])];
-                let same = layouts < 1e-5 && f64::from(engines) < sampling_error(jumps, samples);
+                // Rounding may put a sample on a face into either cell.
+                let rounding = if method == Method::Nearest { sampling_error(true, samples) } else { 1e-5 };
+                let same = f64::from(layouts) < rounding && f64::from(engines) < sampling_error(jumps, samples);
                 assert!(same, "seed {seed}, {method}, {samples} samples: layouts {layouts}, engines {engines}");
             }
         }

@@ -202,8 +202,7 @@ impl Planner<'_> {
             Method::Finest => (other_level > level).then_some(self.index.hierarchy().finest_level()),
             // Whichever cells are larger: a fine neighbour covers cells of this level.
             Method::Basis | Method::Octant => (other_level != level).then_some(level.min(other_level)),
-            // Coarser, or fine cells without a parent: cells of this level are virtual there.
-            Method::Blend | Method::Prolong if !other.has_level(level) => Some(level),
+            Method::Blend | Method::Prolong if other_level < level => Some(level),
             Method::Blend | Method::Prolong => (level + 1..=other_level).find(|&finer| other.has_level(finer)),
         }
     }
