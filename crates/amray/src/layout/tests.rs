@@ -315,3 +315,19 @@ fn bricks_of_one_cell_have_neighbours_too() {
         Case::new(hierarchy, noise).check(&mut Random(7), 0.2).unwrap();
     }
 }
+
+#[test]
+fn coarse_cells_reach_into_holes() {
+    // Both levels end at the same hole: beyond, level 1 has what level 0 makes of it.
+    let level = |ratio: i64, low: [i64; 3], high: [i64; 3]| LevelDescription {
+        ratio: [ratio; 3],
+        cell_size: [1.0 / ratio as f64; 3],
+        domain: IndexBox::new([0; 3], [4 * ratio; 3]),
+        bricks: vec![IndexBox::new(low, high)],
+    };
+    let levels = vec![level(1, [0; 3], [2, 4, 4]), level(2, [2, 0, 0], [4, 8, 8])];
+    let mesh = Hierarchy::new([0.0; 3], levels).unwrap();
+    for seed in 0..8 {
+        Case::new(mesh.clone(), noise).check(&mut Random(seed), 0.2).unwrap();
+    }
+}

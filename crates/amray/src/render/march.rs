@@ -85,7 +85,8 @@ impl<V: RegionValues> Trace for March<'_, V> {
 ///
 /// Samples lie on one lattice along each ray, shifted per pixel; a finer region's lattice holds the points of a coarser
 /// one's. Light is added for the interval between a sample and the one before, wherever that was. Where rays come out
-/// of what is invisible, or out of nowhere, their first sample is on the region's face.
+/// of what is invisible, or out of nowhere, their first sample is on the region's face, and where they go into it their
+/// last one is on the face of the region that they leave: values may jump there.
 struct Marcher<'a, S: Gather, V> {
     simd: S,
     march: &'a March<'a, V>,
@@ -101,6 +102,8 @@ struct Marcher<'a, S: Gather, V> {
     last_at: [Doubles<S>; PACKETS],
     /// How far each lane's rays have passed over what is invisible.
     skipped: Floats<S>,
+    /// The regions that these rays are in.
+    regions: [Integers<S>; PACKETS],
     statistics: RenderStatistics,
 }
 
@@ -162,6 +165,7 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
             begun: [none; PACKETS],
             last_at: [Doubles::splat(simd, 0.0); PACKETS],
             skipped: Floats::splat(simd, 0.0),
+            regions: [Integers::splat(simd, 0); PACKETS],
             statistics,
         }
     }
@@ -186,6 +190,20 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
                 self.statistics.samples += u64::from(rays.to_bitmask().count_ones());
             },
         );
+    }
+
+    /// Ends `rays`, which have begun, at `at` on the faces of the regions that they are in.
+    #[inline(never)]
+    fn end_on_faces(&mut self, packet: usize, at: Floats<S>, rays: Mask<S>) {
+        let mut left = rays;
+        while left.any_true() {
+            let regions = self.regions[packet];
+            let region = regions[left.to_bitmask().trailing_zeros() as usize];
+            let here = left & regions.simd_eq(Integers::splat(self.simd, region));
+            self.sample_on_face(packet, region as usize, at, here, here);
+            left &= !here;
+        }
+        self.begun[packet] &= !rays;
     }
 
     #[inline(always)]
@@ -380,34 +398,27 @@ impl<S: Gather, V: RegionValues> Visitor<S> for Marcher<'_, S, V> {
     fn visit(&mut self, region: usize, look: Option<&SeenLook>, span: &Span<S>, rays: &Masks<S>) {
         let simd = self.simd;
         self.statistics.region_visits += 1;
-        let is_hole = self.march.values.frame(region).level.is_none();
+        let look = look.filter(|_| self.march.values.frame(region).level.is_some());
         for packet in 0..PACKETS {
             let (enter, rays, begun) = (span.enter[packet], rays[packet], self.begun[packet]);
-            let ending = rays & begun;
-            let beginning = rays & !begun;
-            if is_hole && ending.any_true() {
-                // The last value goes on up to the hole.
-                let length = (Doubles::from_floats(enter) - self.last_at[packet]).to_floats();
-                let state = &mut self.rays[packet];
-                let last = state.last;
-                state.add(simd, self.march.how(), last, length, ending);
-                self.begun[packet] &= !ending;
-            } else if look.is_none() && ending.any_true() {
-                self.sample_on_face(packet, region, enter, ending, ending);
-                self.begun[packet] &= !ending;
-            } else if look.is_some() && beginning.any_true() {
-                self.sample_on_face(packet, region, enter, beginning, Mask::splat(simd, false));
-                self.begun[packet] |= beginning;
+            let (ending, beginning) = (rays & begun, rays & !begun);
+            if look.is_some() {
+                if beginning.any_true() {
+                    self.sample_on_face(packet, region, enter, beginning, Mask::splat(simd, false));
+                    self.begun[packet] |= beginning;
+                }
+                self.regions[packet] = rays.select(Integers::splat(simd, region as i32), self.regions[packet]);
+            } else if ending.any_true() {
+                self.end_on_faces(packet, enter, ending);
             }
         }
-        let (Some(look), false) = (look, is_hole) else { return };
+        let Some(look) = look else { return };
         self.march_through(region, look, span, rays);
         for packet in 0..PACKETS {
             let leave = span.leave[packet];
             let ending = rays[packet] & self.clear[packet] & leave.simd_ge(self.end[packet]);
             if ending.any_true() {
-                self.sample_on_face(packet, region, leave, ending, ending);
-                self.begun[packet] &= !ending;
+                self.end_on_faces(packet, leave, ending);
             }
         }
     }

@@ -122,7 +122,7 @@ impl<'a> Visibility<'a> {
             return NodeLook::Seen(SeenLook { window, step: self.steps[level] as f32 });
         }
         let window = self.segments.window(piece.range);
-        if self.has_steps {
+        if self.has_steps || piece.roughness.is_infinite() {
             return NodeLook::Seen(SeenLook { window, step: self.steps[level] as f32 });
         }
         // Over a step of n cells, values differ from a line by up to n^2 / 8 of how far they bend in one.

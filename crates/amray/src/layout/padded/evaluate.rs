@@ -214,7 +214,12 @@ impl PaddedValues<'_> {
     #[inline(always)]
     fn nearest<S: Gather>(&self, simd: S, brick: &PaddedBrick, point: [Floats<S>; 3]) -> Floats<S> {
         let half = Floats::splat(simd, 0.5);
-        let cell = [(point[0] + half).to_int(), (point[1] + half).to_int(), (point[2] + half).to_int()];
+        let one = Integers::splat(simd, 1);
+        // Where rounding has led over the brick's low face there may be a hole; `offset` sees to the high one.
+        let mut cell = [one; 3];
+        for axis in 0..3 {
+            cell[axis] = (point[axis] + half).to_int::<Integers<S>>().max(one);
+        }
         let offset = offset(simd, brick, cell);
         // SAFETY: `offset` clamps into the brick.
         unsafe { simd.gather(self.field.values().add(brick.start), offset) }

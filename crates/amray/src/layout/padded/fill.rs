@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::{FLAG, HOLE, NOT_FINITE, Padding};
+use super::{FLAG, HOLE, NOT_FINITE, Padding, is_hole};
 use crate::hierarchy::{Brick, IndexBox, Normalisation, Voxel};
 use crate::reconstruction::Sampler;
 
@@ -24,7 +24,7 @@ pub(super) fn fill<T: Voxel>(
     let filler = Filler { sampler, normalisation, padding };
     let finite = bricks.into_par_iter().map(|(place, brick, values)| {
         filler.brick(place, &brick, values);
-        values.iter().all(|value| value.is_finite() || value.to_bits() == HOLE)
+        values.iter().all(|value| value.is_finite() || is_hole(*value))
     });
     finite.reduce(|| true, |a, b| a && b)
 }
@@ -86,10 +86,9 @@ impl<T: Voxel> Filler<'_, T> {
                         self.unflag_covered(brick.level, &cells, &mut padded);
                     }
                 }
-                Some((level, found)) if self.padding != Padding::Prolonged => {
-                    self.copy_coarser(found, level, brick.level, &cells, &mut padded);
-                }
-                Some(_) => self.prolong(brick.level, &cells, &mut padded),
+                // Coarser cells around it may give a value to a cell inside a hole, too.
+                _ if self.padding == Padding::Prolonged => self.prolong(brick.level, &cells, &mut padded),
+                Some((level, found)) => self.copy_coarser(found, level, brick.level, &cells, &mut padded),
                 None => padded.for_each_row(&cells, |_, row| row.fill(f32::from_bits(HOLE))),
             }
         });

@@ -40,6 +40,12 @@ impl Padding {
 
 /// A cell that does not exist at all: inside a hole. The flag of a number is never part of this one.
 pub(crate) const HOLE: u32 = 0x7fc0_0000;
+
+/// Whether a value stands for a cell that does not exist.
+pub(super) fn is_hole(value: f32) -> bool {
+    value.to_bits() == HOLE
+}
+
 /// A cell whose value is not finite.
 const NOT_FINITE: u32 = 0x7fc0_0002;
 /// The flag.
