@@ -86,10 +86,9 @@ impl<T: Voxel> Filler<'_, T> {
                         self.unflag_covered(brick.level, &cells, &mut padded);
                     }
                 }
-                Some((level, found)) if self.padding != Padding::Prolonged => {
-                    self.copy_coarser(found, level, brick.level, &cells, &mut padded);
-                }
-                Some(_) => self.prolong(brick.level, &cells, &mut padded),
+                // Coarser cells around it may give a value to a cell inside a hole, too.
+                _ if self.padding == Padding::Prolonged => self.prolong(brick.level, &cells, &mut padded),
+                Some((level, found)) => self.copy_coarser(found, level, brick.level, &cells, &mut padded),
                 None => padded.for_each_row(&cells, |_, row| row.fill(f32::from_bits(HOLE))),
             }
         });
