@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::super::{NO_BOX, RegionFrame, region_places};
 use crate::hierarchy::IndexBox;
-use crate::index::{Index, Region};
+use crate::index::{Index, Neighbour, Region, out_of_reach};
 use crate::reconstruction::Method;
 
 /// How samples outside a region's pure box are put together.
@@ -154,26 +154,28 @@ impl Planner<'_> {
         let low = self.low(level, place);
         // In half cells of the finest level.
         let whole = cells.refined([2; 3]);
-        let mut pure = whole;
-        let mut beside_hole = false;
+        let (mut neighbours, mut beside_hole) = (Vec::new(), false);
         let mut others = self.covering(region, level);
         self.for_each_neighbour(region, level, cells, &mut |other, other_cells| {
             let closest = self.index.finest_brick(other, level).map(|(closest, _)| closest);
             if let Some(reach) = self.impure_reach(level, other, closest) {
-                let reach = self.reach(reach, other_cells);
-                pure = without(&pure, &reach);
+                let reach = self.index.reach(reach, other_cells);
+                if reach.intersects(&whole) {
+                    neighbours.push(Neighbour::new(reach, other_cells, cells));
+                }
                 beside_hole |= closest.is_none() && reach.grown([1; 3]).intersects(&whole);
             }
             for other_level in self.combined_levels(region, level) {
                 if (other_level > level || !region.has_level(other_level))
                     && other.has_level(other_level)
-                    && self.reach(other_level, other_cells).intersects(&whole)
+                    && self.index.reach(other_level, other_cells).intersects(&whole)
                     && let Some((_, place)) = self.index.finest_brick(other, other_level)
                 {
                     others.push((other_level, place));
                 }
             }
         });
+        let pure = out_of_reach(whole, &mut neighbours);
         others.sort_unstable_by_key(|&(level, place)| (std::cmp::Reverse(level), place));
         others.dedup();
         let size = self.finest_cells(level);
@@ -232,14 +234,6 @@ impl Planner<'_> {
         }
     }
 
-    /// A region's `cells` (of the finest level) grown by half a cell of `level`, in half cells of the finest level.
-    fn reach(&self, level: usize, cells: &IndexBox) -> IndexBox {
-        let size = self.finest_cells(level);
-        // A region's cells fill its box or go on in a region of the same brick, unless one is covered in part.
-        let whole = if self.index.may_cover_partly() { cells.coarsened(size).refined(size) } else { *cells };
-        whole.refined([2; 3]).grown(size)
-    }
-
     /// Calls `visit` with every region whose cells may be in reach of a region of `level` and with its box.
     fn for_each_neighbour(
         &self,
@@ -296,20 +290,4 @@ impl Planner<'_> {
     fn finest_cells(&self, level: usize) -> [i64; 3] {
         self.index.hierarchy().levels()[level].finest_cells()
     }
-}
-
-/// The largest of the boxes that remain of `pure` on one side of `taken`.
-fn without(pure: &IndexBox, taken: &IndexBox) -> IndexBox {
-    if !pure.intersects(taken) {
-        return *pure;
-    }
-    let sides = (0..3).flat_map(|axis| {
-        let (mut below, mut above) = (*pure, *pure);
-        below.high[axis] = taken.low[axis].min(pure.high[axis]);
-        above.low[axis] = taken.high[axis].max(pure.low[axis]);
-        [below, above]
-    });
-    // As floats: the boxes may hold more cells than an integer can count.
-    let volume = |cells: &IndexBox| cells.size().iter().map(|&side| side.max(0) as f64).product::<f64>();
-    sides.max_by(|a, b| volume(a).total_cmp(&volume(b))).unwrap_or(*pure)
 }
