@@ -134,12 +134,13 @@ impl Case {
             let frame = values.frame(region);
             let Some(level) = frame.level else { continue };
             let size = values.finest_cells(level);
+            let place = |local: [f64; 3]| -> [f64; 3] {
+                std::array::from_fn(|axis| (local[axis] + frame.low[axis]) * size[axis])
+            };
             // On a high face, the reference would find what lies beyond: perhaps a hole.
             let [first, last] = &places[region];
-            let place = |local: [f64; 3]| -> [f64; 3] {
-                std::array::from_fn(|axis| {
-                    ((local[axis] + frame.low[axis]) * size[axis]).max(first[axis]).min(last[axis])
-                })
+            let inside = |point: [f64; 3]| -> [f64; 3] {
+                std::array::from_fn(|axis| point[axis].max(first[axis]).min(last[axis]))
             };
             let corner = |corner: [i64; 3]| -> [f64; 3] {
                 std::array::from_fn(|axis| corner[axis] as f64 / size[axis] - frame.low[axis])
@@ -159,10 +160,15 @@ impl Case {
                         for lane in 0..LANES {
                             let local: [f64; 3] = std::array::from_fn(|axis| f64::from(points[axis][lane]));
                             let point = place(local);
-                            let expected = reference.sample_in(region, point);
+                            let expected = reference.sample_in(region, inside(point));
                             let value = normalisation.undo(found[lane]);
-                            let same = (value - expected).abs() <= 1e-5 * width
-                                || !value.is_finite() && !expected.is_finite()
+                            let agree = |expected: f64| {
+                                (value - expected).abs() <= 1e-5 * width || !value.is_finite() && !expected.is_finite()
+                            };
+                            // Next to holes values may jump on a high face (where a dual cell begins that has other
+                            // cells): both that from inside and that on the face itself are right.
+                            let same = agree(expected)
+                                || inside(point) != point && agree(reference.sample_in(region, point))
                                 || jumps && near_a_cell_face(local, frame);
                             prop_assert!(
                                 same,

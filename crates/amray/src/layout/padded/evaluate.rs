@@ -86,8 +86,10 @@ struct Share<S: Gather> {
     sum: Floats<S>,
     /// The sum of hats.
     weight: Floats<S>,
-    /// The sum of the hats of flagged cells.
-    flagged: Floats<S>,
+    /// Whether any cell with a hat is flagged.
+    flagged: Mask<S>,
+    /// The sum of the hats of cells that are not: exactly 0 where there are none.
+    missing: Floats<S>,
 }
 
 /// Which corners count.
@@ -98,9 +100,6 @@ enum Count {
     /// Flagged ones.
     Flagged,
 }
-
-/// Below this, the weight that is left for coarser levels is rounding.
-const LEFT: f32 = 1e-6;
 
 /// Levels on top of each other, from the finest down.
 struct Layers<S: Gather> {
@@ -121,12 +120,11 @@ impl<S: Gather> Layers<S> {
     /// Puts a level below the others, for those `inside` its brick's reach.
     #[inline(always)]
     fn add(&mut self, simd: S, share: Share<S>, inside: Mask<S>) {
-        let zero = Floats::splat(simd, 0.0);
         let value = share.sum / share.weight;
-        let takes = inside & share.flagged.simd_gt(zero);
-        let actual = takes.select(share.flagged, zero);
+        let takes = inside & share.flagged;
+        let actual = Floats::splat(simd, 1.0) - share.missing;
         self.sum = takes.select((self.left * actual).mul_add(value, self.sum), self.sum);
-        self.left = (Floats::splat(simd, 1.0) - actual) * self.left;
+        self.left = takes.select(share.missing * self.left, self.left);
         self.coarsest = takes.select(value, self.coarsest);
     }
 }
@@ -228,7 +226,7 @@ impl PaddedValues<'_> {
         }
         layers.add(simd, self.share(simd, &region.brick, Places::own(simd, point), Count::Existing), active);
         for other in coarser {
-            let open = layers.left.simd_gt(Floats::splat(simd, LEFT)) & active;
+            let open = layers.left.simd_gt(0.0) & active;
             if open.all_false() {
                 break;
             }
@@ -242,7 +240,8 @@ impl PaddedValues<'_> {
                 done |= inside;
             }
         }
-        layers.left.mul_add(layers.coarsest, layers.sum)
+        // Where nothing is left, not even a coarser value that is no number counts.
+        layers.left.simd_gt(0.0).select(layers.left.mul_add(layers.coarsest, layers.sum), layers.sum)
     }
 
     /// One sample after the other, by the reference.
@@ -305,7 +304,8 @@ impl PaddedValues<'_> {
         let Places { low: [low_x, low_y, low_z], high: [x, y, z], .. } = places;
         let yz = [low_y * low_z, y * low_z, low_y * z, y * z];
         let zero = Floats::splat(simd, 0.0);
-        let (mut sum, mut weight, mut flagged) = (zero, zero, zero);
+        let (mut sum, mut weight, mut missing) = (zero, zero, zero);
+        let mut flagged = Mask::splat(simd, false);
         for corner in 0..8 {
             let hat = yz[corner / 2] * if corner % 2 == 0 { low_x } else { x };
             let value = corners[corner];
@@ -318,10 +318,11 @@ impl PaddedValues<'_> {
             sum = counts.select(hat.mul_add(value, sum), sum);
             weight = counts.select(weight + hat, weight);
             if count == Count::Existing {
-                flagged = flag.select(flagged + hat, flagged);
+                flagged |= flag & counts;
+                missing = flag.select(missing, missing + hat);
             }
         }
-        Share { sum, weight, flagged }
+        Share { sum, weight, flagged, missing }
     }
 
     /// The eight values around each point, x fastest.
