@@ -198,8 +198,12 @@ fn random_points(random: &mut Random, [low, high]: [[f64; 3]; 2], on_faces: f64)
     for axis in 0..3 {
         for lane in 0..LANES {
             let share = random.unit();
-            let share = if random.chance(on_faces) { share.round() } else { 0.001 + 0.998 * share };
-            points[axis][lane] = (low[axis] + (high[axis] - low[axis]) * share) as f32;
+            let on_face = random.chance(on_faces);
+            let share = if on_face { share.round() } else { 0.001 + 0.998 * share };
+            let place = (low[axis] + (high[axis] - low[axis]) * share) as f32;
+            // Not by chance where cells of some level have their centres: beside it a weight is 0.
+            let beside_centres = if (place * 256.0).fract() == 0.0 { place.next_up() } else { place };
+            points[axis][lane] = if on_face { place } else { beside_centres };
         }
     }
     points
