@@ -52,7 +52,8 @@ impl<S: Gather> Places<S> {
         for axis in 0..3 {
             let OtherAxis { multiple, parts, origin, shift } = other.axes[axis];
             let share = Floats::splat(simd, parts.recip());
-            let [multiple, parts, origin, shift] = [multiple, parts, origin, shift].map(|all| Floats::splat(simd, all));
+            let [multiple, parts] = [Floats::splat(simd, multiple), Floats::splat(simd, parts)];
+            let [origin, shift] = [Floats::splat(simd, origin), Floats::splat(simd, shift)];
             let mut cell = point[axis].mul_add(multiple, shift).mul_add(share, origin).floor();
             let shift = (origin - cell).mul_add(parts, shift);
             let mut high = point[axis].mul_add(multiple, shift);
