@@ -1,9 +1,21 @@
-//! The largest box found inside a region that no neighbour reaches.
+//! How far cells take part in samples, and the largest box found inside a region that no neighbour reaches.
 
+use super::Index;
 use crate::hierarchy::IndexBox;
 
+impl Index {
+    /// Where the cells of `level` take part that a region of `cells` (of the finest level) has: in reach, nearer than
+    /// half a cell. In half cells of the finest level.
+    pub(crate) fn reach(&self, level: usize, cells: &IndexBox) -> IndexBox {
+        let size = self.hierarchy.levels()[level].finest_cells();
+        // A region's cells fill its box or go on in a region of the same brick, unless one is covered in part.
+        let whole = if self.may_cover_partly { cells.coarsened(size).refined(size) } else { *cells };
+        whole.refined([2; 3]).grown(size)
+    }
+}
+
 /// Space beside a region.
-pub(super) struct Neighbour {
+pub(crate) struct Neighbour {
     /// The space, in half cells of the finest level, in which the neighbour's cells take part.
     reach: IndexBox,
     /// On how many axes the neighbour lies beside the region, rather than along it.
@@ -12,14 +24,14 @@ pub(super) struct Neighbour {
 
 impl Neighbour {
     /// The neighbour that fills `space` beside a region of `cells`.
-    pub(super) fn new(reach: IndexBox, space: &IndexBox, cells: &IndexBox) -> Self {
+    pub(crate) fn new(reach: IndexBox, space: &IndexBox, cells: &IndexBox) -> Self {
         let beside = |&axis: &usize| space.high[axis] <= cells.low[axis] || cells.high[axis] <= space.low[axis];
         Self { reach, apart: (0..3).filter(beside).count() }
     }
 }
 
 /// The largest box found inside `interior` that is in no neighbour's reach.
-pub(super) fn out_of_reach(mut interior: IndexBox, neighbours: &mut [Neighbour]) -> IndexBox {
+pub(crate) fn out_of_reach(mut interior: IndexBox, neighbours: &mut [Neighbour]) -> IndexBox {
     // Neighbours across a face first: what they take mostly settles those across an edge or a corner.
     neighbours.sort_by_key(|neighbour| neighbour.apart);
     for Neighbour { reach, .. } in neighbours {

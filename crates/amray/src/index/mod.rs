@@ -20,6 +20,7 @@ use std::sync::Arc;
 
 use crate::hierarchy::{Hierarchy, IndexBox};
 
+pub(crate) use interior::{Neighbour, out_of_reach};
 pub(crate) use packet::{DualDescent, PacketCells, PlaneLanes, PointDescent};
 pub use query::{Found, Planes};
 pub use ranges::ValueRanges;

@@ -34,8 +34,6 @@ struct Survey<'a> {
     coarsest: Vec<u8>,
     /// Per node, the finest level below it. A hole counts as finer than every level: neighbours reach into it.
     finest: Vec<u8>,
-    /// Per level, cells of the finest level per cell.
-    sizes: Vec<[i64; 3]>,
     /// Per level, how far its cells can reach from a region's box, in cells of the finest level.
     margins: Vec<[i64; 3]>,
 }
@@ -117,14 +115,7 @@ impl<'a> Survey<'a> {
         let halves = if index.may_cover_partly { 3 } else { 1 };
         let margin = |level: &Level| level.finest_cells().map(|cells| (halves * cells + 1) / 2);
         let levels = index.hierarchy.levels();
-        Self {
-            index,
-            leaves,
-            coarsest,
-            finest,
-            sizes: levels.iter().map(Level::finest_cells).collect(),
-            margins: levels.iter().map(margin).collect(),
-        }
+        Self { index, leaves, coarsest, finest, margins: levels.iter().map(margin).collect() }
     }
 
     /// The number of the first leaf below a node.
@@ -154,20 +145,13 @@ impl<'a> Survey<'a> {
         around
     }
 
-    /// A region's `cells` (of the finest level) grown by half a cell of `level`, in half cells of the finest level.
-    fn reach(&self, level: usize, cells: &IndexBox) -> IndexBox {
-        let size = self.sizes[level];
-        // A region's leaf cells fill its box or go on in a region of the same brick, unless one is covered in part.
-        let whole = if self.index.may_cover_partly { cells.coarsened(size).refined(size) } else { *cells };
-        whole.refined([2; 3]).grown(size)
-    }
-
     /// What the region of `leaf` would see if it reached nothing finer.
     fn view(&self, leaf: &Leaf, level: usize) -> View {
         let region = Region { levels: leaf.levels, first_brick: leaf.first_brick, ..Region::EMPTY };
         let Some((_, brick)) = self.index.finest_brick(&region, level) else { return View::NONE };
-        let size = self.sizes[level];
-        let brick = self.index.hierarchy.levels()[level].brick_at(brick).refined(size).refined([2; 3]);
+        let description = &self.index.hierarchy.levels()[level];
+        let size = description.finest_cells();
+        let brick = description.brick_at(brick).refined(size).refined([2; 3]);
         // Cells of the same level are met half a cell inside the brick's own faces.
         let interior = brick.grown(size.map(|cells| -cells)).intersection(&leaf.cells.refined([2; 3]));
         View { finest_in_reach: level as u8, interior }
@@ -183,7 +167,7 @@ impl<'a> Survey<'a> {
             let coarser = &self.leaves[coarser as usize];
             let coarser_level = coarser.levels.ilog2() as usize;
             coarsest_in_reach = coarsest_in_reach.min(coarser_level);
-            let reach = self.reach(coarser_level, &coarser.cells);
+            let reach = self.index.reach(coarser_level, &coarser.cells);
             if reach.intersects(&view.interior) {
                 neighbours.push(Neighbour::new(reach, &coarser.cells, &leaf.cells));
             }
@@ -262,13 +246,13 @@ impl<'a> Descent<'a> {
         let Some(level) = leaf.levels.checked_ilog2().map(|level| level as usize) else { return };
         let mut view = survey.view(leaf, level);
         let own = leaf.cells.refined([2; 3]);
-        let reach = survey.reach(level, &leaf.cells);
+        let reach = survey.index.reach(level, &leaf.cells);
         self.find_finer(level, &leaf.cells.grown(survey.margins[level]), around);
         self.neighbours.clear();
         for &number_of_other in &self.found {
             let other = &survey.leaves[number_of_other as usize];
             // Whichever is finer: it covers cells of this level that a dual cell would touch.
-            let taken = survey.reach(level, &other.cells);
+            let taken = survey.index.reach(level, &other.cells);
             if taken.intersects(&view.interior) {
                 self.neighbours.push(Neighbour::new(taken, &other.cells, &leaf.cells));
             }
@@ -277,7 +261,7 @@ impl<'a> Descent<'a> {
                 self.meetings.push(Meeting { finer: number_of_other, coarser: number as u32 });
             }
             let more = levels_of(other.levels & (!1u64 << view.finest_in_reach));
-            let touching = { more }.find(|&level| survey.reach(level, &other.cells).intersects(&own));
+            let touching = { more }.find(|&level| survey.index.reach(level, &other.cells).intersects(&own));
             view.finest_in_reach = touching.map_or(view.finest_in_reach, |level| level as u8);
         }
         view.interior = out_of_reach(view.interior, &mut self.neighbours);

@@ -178,9 +178,8 @@ impl Divide<'_> {
             return piece;
         }
         for other in self.plan.others(plan).into_iter().flatten() {
-            let moved = |point: [f64; 3]| -> [f64; 3] {
-                std::array::from_fn(|axis| point[axis] * f64::from(other.scale[axis]) + f64::from(other.shift[axis]))
-            };
+            let moved =
+                |point: [f64; 3]| -> [f64; 3] { std::array::from_fn(|axis| other.axes[axis].apply(point[axis])) };
             self.scan(&other.brick, moved(low), moved(high), &mut piece);
         }
         piece

@@ -4,7 +4,7 @@
 use fearless_simd::prelude::*;
 
 use super::super::{RegionFrame, RegionValues};
-use super::plan::{Combination, PaddedBrick, Plan, RegionPlan};
+use super::plan::{Combination, OtherAxis, OtherBrick, PaddedBrick, Plan, RegionPlan};
 use super::{FLAG, HOLE, PaddedField};
 use crate::reconstruction::Method;
 use crate::simd::{Floats, Gather, Integers, LANES, Mask, Naturals};
@@ -18,12 +18,67 @@ pub(crate) struct PaddedValues<'a> {
     pub(crate) reference: &'a (dyn Fn(usize, [f64; 3]) -> f64 + Sync),
 }
 
-/// The dual cells around sixteen points of one brick.
-struct DualCells<S: Gather> {
-    /// x fastest.
-    corners: [Floats<S>; 8],
-    /// How far the points lie from the low corners, per axis.
-    fractions: [Floats<S>; 3],
+/// Where sixteen points lie in a brick.
+struct Places<S: Gather> {
+    /// The cells at the low corners of the dual cells around the points, padding included.
+    cells: [Integers<S>; 3],
+    /// The hats of the low and of the high corners, per axis.
+    low: [Floats<S>; 3],
+    high: [Floats<S>; 3],
+}
+
+impl<S: Gather> Places<S> {
+    /// Of points in the brick's own padded coordinates.
+    #[inline(always)]
+    fn own(simd: S, point: [Floats<S>; 3]) -> Self {
+        let one = Floats::splat(simd, 1.0);
+        let mut places = Self { cells: [Integers::splat(simd, 0); 3], low: point, high: point };
+        for axis in 0..3 {
+            places.cells[axis] = point[axis].to_int();
+            places.high[axis] = point[axis] - places.cells[axis].to_float::<Floats<S>>();
+            places.low[axis] = one - places.high[axis];
+        }
+        places
+    }
+
+    /// Of points in a region's padded coordinates, in another brick.
+    ///
+    /// Beside holes, a mean may be over corners that all have little weight. So both hats are as exact as single
+    /// precision can be, also next to 0: only the last step rounds.
+    #[inline(always)]
+    fn other(simd: S, other: &OtherBrick, point: [Floats<S>; 3]) -> Self {
+        let zero = Floats::splat(simd, 0.0);
+        let mut places = Self { cells: [Integers::splat(simd, 0); 3], low: point, high: point };
+        for axis in 0..3 {
+            let OtherAxis { multiple, parts, origin, shift } = other.axes[axis];
+            let share = Floats::splat(simd, parts.recip());
+            let [multiple, parts] = [Floats::splat(simd, multiple), Floats::splat(simd, parts)];
+            let [origin, shift] = [Floats::splat(simd, origin), Floats::splat(simd, shift)];
+            let mut cell = point[axis].mul_add(multiple, shift).mul_add(share, origin).floor();
+            let shift = (origin - cell).mul_add(parts, shift);
+            let mut high = point[axis].mul_add(multiple, shift);
+            let mut low = (zero - point[axis]).mul_add(multiple, parts - shift);
+            // A point just below a centre may have been rounded up to it.
+            let below = high.simd_lt(zero);
+            cell = below.select(cell - Floats::splat(simd, 1.0), cell);
+            (low, high) = (below.select(zero - high, low), below.select(parts + high, high));
+            places.cells[axis] = cell.to_int();
+            (places.low[axis], places.high[axis]) = (low * share, high * share);
+        }
+        places
+    }
+
+    /// Which of the points have all their corners in the padded brick.
+    #[inline(always)]
+    fn inside(&self, simd: S, brick: &PaddedBrick) -> Mask<S> {
+        let mut inside = Mask::splat(simd, true);
+        for axis in 0..3 {
+            // As naturals, what is below zero is above the highest cell.
+            let natural: Naturals<S> = self.cells[axis].bitcast();
+            inside &= natural.simd_le(Naturals::splat(simd, brick.cells[axis] as u32));
+        }
+        inside
+    }
 }
 
 /// What one brick knows of sixteen samples.
@@ -32,8 +87,10 @@ struct Share<S: Gather> {
     sum: Floats<S>,
     /// The sum of hats.
     weight: Floats<S>,
-    /// The sum of the hats of flagged cells.
-    flagged: Floats<S>,
+    /// Whether any cell with a hat is flagged.
+    flagged: Mask<S>,
+    /// The sum of the hats of cells that are not: exactly 0 where there are none.
+    missing: Floats<S>,
 }
 
 /// Which corners count.
@@ -44,9 +101,6 @@ enum Count {
     /// Flagged ones.
     Flagged,
 }
-
-/// Below this, the weight that is left for coarser levels is rounding.
-const LEFT: f32 = 1e-6;
 
 /// Levels on top of each other, from the finest down.
 struct Layers<S: Gather> {
@@ -67,12 +121,11 @@ impl<S: Gather> Layers<S> {
     /// Puts a level below the others, for those `inside` its brick's reach.
     #[inline(always)]
     fn add(&mut self, simd: S, share: Share<S>, inside: Mask<S>) {
-        let zero = Floats::splat(simd, 0.0);
         let value = share.sum / share.weight;
-        let takes = inside & share.flagged.simd_gt(zero);
-        let actual = takes.select(share.flagged, zero);
+        let takes = inside & share.flagged;
+        let actual = Floats::splat(simd, 1.0) - share.missing;
         self.sum = takes.select((self.left * actual).mul_add(value, self.sum), self.sum);
-        self.left = (Floats::splat(simd, 1.0) - actual) * self.left;
+        self.left = takes.select(share.missing * self.left, self.left);
         self.coarsest = takes.select(value, self.coarsest);
     }
 }
@@ -101,10 +154,13 @@ impl RegionValues for PaddedValues<'_> {
             Method::Finest => {
                 // Most points are moved onto a cell's centre: what is beside it has no weight, and may be a hole.
                 let point = self.onto_finest(simd, region, point);
-                let share = self.share(simd, &region.brick, point, Count::Existing);
+                let share = self.share(simd, &region.brick, Places::own(simd, point), Count::Existing);
                 share.sum / share.weight
             }
-            _ => trilinear(&self.dual_cells(simd, &region.brick, point)),
+            _ => {
+                let places = Places::own(simd, point);
+                trilinear(self.corners(simd, &region.brick, &places), places.high)
+            }
         }
     }
 
@@ -114,7 +170,7 @@ impl RegionValues for PaddedValues<'_> {
         match self.plan.combination {
             Combination::Single if self.plan.method == Method::Nearest => self.nearest(simd, &plan.brick, point),
             Combination::Single => {
-                let share = self.share(simd, &plan.brick, point, Count::Existing);
+                let share = self.share(simd, &plan.brick, Places::own(simd, point), Count::Existing);
                 share.sum / share.weight
             }
             Combination::Basis => self.basis(simd, plan, point, active),
@@ -128,7 +184,8 @@ impl PaddedValues<'_> {
     /// sum(hat v) / sum(hat) over the leaf cells of all bricks that take part.
     #[inline(always)]
     fn basis<S: Gather>(&self, simd: S, region: &RegionPlan, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
-        let Share { mut sum, mut weight, .. } = self.share(simd, &region.brick, point, Count::Flagged);
+        let Share { mut sum, mut weight, .. } =
+            self.share(simd, &region.brick, Places::own(simd, point), Count::Flagged);
         let zero = Floats::splat(simd, 0.0);
         let none = Mask::splat(simd, false);
         let [finer, coarser] = self.plan.others(region);
@@ -137,9 +194,10 @@ impl PaddedValues<'_> {
             if other.level != level {
                 (level, done) = (other.level, none);
             }
-            let inside = self.inside(simd, other, point, active) & !done;
+            let places = Places::other(simd, other, point);
+            let inside = places.inside(simd, &other.brick) & active & !done;
             if inside.any_true() {
-                let share = self.share(simd, &other.brick, moved(simd, other, point), Count::Flagged);
+                let share = self.share(simd, &other.brick, places, Count::Flagged);
                 sum += inside.select(share.sum, zero);
                 weight += inside.select(share.weight, zero);
                 done |= inside;
@@ -160,28 +218,31 @@ impl PaddedValues<'_> {
             if other.level != level {
                 (level, done) = (other.level, none);
             }
-            let inside = self.inside(simd, other, point, active) & !done;
+            let places = Places::other(simd, other, point);
+            let inside = places.inside(simd, &other.brick) & active & !done;
             if inside.any_true() {
-                layers.add(simd, self.share(simd, &other.brick, moved(simd, other, point), Count::Existing), inside);
+                layers.add(simd, self.share(simd, &other.brick, places, Count::Existing), inside);
                 done |= inside;
             }
         }
-        layers.add(simd, self.share(simd, &region.brick, point, Count::Existing), active);
+        layers.add(simd, self.share(simd, &region.brick, Places::own(simd, point), Count::Existing), active);
         for other in coarser {
-            let open = layers.left.simd_gt(Floats::splat(simd, LEFT)) & active;
+            let open = layers.left.simd_gt(0.0) & active;
             if open.all_false() {
                 break;
             }
             if other.level != level {
                 (level, done) = (other.level, none);
             }
-            let inside = self.inside(simd, other, point, open) & !done;
+            let places = Places::other(simd, other, point);
+            let inside = places.inside(simd, &other.brick) & open & !done;
             if inside.any_true() {
-                layers.add(simd, self.share(simd, &other.brick, moved(simd, other, point), Count::Existing), inside);
+                layers.add(simd, self.share(simd, &other.brick, places, Count::Existing), inside);
                 done |= inside;
             }
         }
-        layers.left.mul_add(layers.coarsest, layers.sum)
+        // Where nothing is left, not even a coarser value that is no number counts.
+        layers.left.simd_gt(0.0).select(layers.left.mul_add(layers.coarsest, layers.sum), layers.sum)
     }
 
     /// One sample after the other, by the reference.
@@ -242,33 +303,15 @@ impl PaddedValues<'_> {
         moved
     }
 
-    /// Which of the points lie where cells of `other` are in reach.
+    /// What a brick contributes at points.
     #[inline(always)]
-    fn inside<S: Gather>(
-        &self,
-        simd: S,
-        other: &super::plan::OtherBrick,
-        point: [Floats<S>; 3],
-        active: Mask<S>,
-    ) -> Mask<S> {
-        let moved = moved(simd, other, point);
-        let mut inside = active;
-        for axis in 0..3 {
-            let end = Floats::splat(simd, (other.brick.cells[axis] + 1) as f32);
-            inside &= moved[axis].simd_gt(Floats::splat(simd, 0.0)) & moved[axis].simd_lt(end);
-        }
-        inside
-    }
-
-    /// What a brick contributes at points in its padded coordinates.
-    #[inline(always)]
-    fn share<S: Gather>(&self, simd: S, brick: &PaddedBrick, point: [Floats<S>; 3], count: Count) -> Share<S> {
-        let DualCells { corners, fractions: [x, y, z] } = self.dual_cells(simd, brick, point);
-        let one = Floats::splat(simd, 1.0);
-        let [low_x, low_y, low_z] = [one - x, one - y, one - z];
+    fn share<S: Gather>(&self, simd: S, brick: &PaddedBrick, places: Places<S>, count: Count) -> Share<S> {
+        let corners = self.corners(simd, brick, &places);
+        let Places { low: [low_x, low_y, low_z], high: [x, y, z], .. } = places;
         let yz = [low_y * low_z, y * low_z, low_y * z, y * z];
         let zero = Floats::splat(simd, 0.0);
-        let (mut sum, mut weight, mut flagged) = (zero, zero, zero);
+        let (mut sum, mut weight, mut missing) = (zero, zero, zero);
+        let mut flagged = Mask::splat(simd, false);
         for corner in 0..8 {
             let hat = yz[corner / 2] * if corner % 2 == 0 { low_x } else { x };
             let value = corners[corner];
@@ -281,21 +324,17 @@ impl PaddedValues<'_> {
             sum = counts.select(hat.mul_add(value, sum), sum);
             weight = counts.select(weight + hat, weight);
             if count == Count::Existing {
-                flagged = flag.select(flagged + hat, flagged);
+                flagged |= flag & counts;
+                missing = flag.select(missing, missing + hat);
             }
         }
-        Share { sum, weight, flagged }
+        Share { sum, weight, flagged, missing }
     }
 
-    /// The eight values around each point, in the brick's padded coordinates.
+    /// The eight values around each point, x fastest.
     #[inline(always)]
-    fn dual_cells<S: Gather>(&self, simd: S, brick: &PaddedBrick, point: [Floats<S>; 3]) -> DualCells<S> {
-        let cell: [Integers<S>; 3] = [point[0].to_int(), point[1].to_int(), point[2].to_int()];
-        let mut fractions = point;
-        for axis in 0..3 {
-            fractions[axis] = point[axis] - cell[axis].to_float::<Floats<S>>();
-        }
-        let offset = offset(simd, brick, cell);
+    fn corners<S: Gather>(&self, simd: S, brick: &PaddedBrick, places: &Places<S>) -> [Floats<S>; 8] {
+        let offset = offset(simd, brick, places.cells);
         let (row, slice) = (brick.strides[0] as isize, brick.strides[1] as isize);
         // SAFETY: `offset` clamps into the brick, whose padding holds the neighbours; the values end with one more.
         let pairs = unsafe {
@@ -308,7 +347,7 @@ impl PaddedValues<'_> {
             ]
         };
         let [[a, b], [c, d], [e, f], [g, h]] = pairs;
-        DualCells { corners: [a, b, c, d, e, f, g, h], fractions }
+        [a, b, c, d, e, f, g, h]
     }
 }
 
@@ -326,8 +365,7 @@ fn offset<S: Gather>(simd: S, brick: &PaddedBrick, cell: [Integers<S>; 3]) -> In
 }
 
 #[inline(always)]
-fn trilinear<S: Gather>(cells: &DualCells<S>) -> Floats<S> {
-    let DualCells { corners: [a, b, c, d, e, f, g, h], fractions: [x, y, z] } = *cells;
+fn trilinear<S: Gather>([a, b, c, d, e, f, g, h]: [Floats<S>; 8], [x, y, z]: [Floats<S>; 3]) -> Floats<S> {
     let [low, high] = [mix(mix(a, b, x), mix(c, d, x), y), mix(mix(e, f, x), mix(g, h, x), y)];
     mix(low, high, z)
 }
@@ -335,15 +373,4 @@ fn trilinear<S: Gather>(cells: &DualCells<S>) -> Floats<S> {
 #[inline(always)]
 fn mix<S: Gather>(low: Floats<S>, high: Floats<S>, share: Floats<S>) -> Floats<S> {
     share.mul_add(high - low, low)
-}
-
-/// Points in the padded coordinates of another brick.
-#[inline(always)]
-fn moved<S: Gather>(simd: S, other: &super::plan::OtherBrick, point: [Floats<S>; 3]) -> [Floats<S>; 3] {
-    let mut moved = point;
-    for axis in 0..3 {
-        moved[axis] =
-            point[axis].mul_add(Floats::splat(simd, other.scale[axis]), Floats::splat(simd, other.shift[axis]));
-    }
-    moved
 }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::super::{NO_BOX, RegionFrame, region_places};
 use crate::hierarchy::IndexBox;
-use crate::index::{Index, Region};
+use crate::index::{Index, Neighbour, Region, out_of_reach};
 use crate::reconstruction::Method;
 
 /// How samples outside a region's pure box are put together.
@@ -73,9 +73,28 @@ pub(crate) struct RegionPlan {
 pub(crate) struct OtherBrick {
     pub(crate) brick: PaddedBrick,
     pub(crate) level: u8,
-    /// From the region's padded coordinates to the brick's: times, then plus.
-    pub(crate) scale: [f32; 3],
-    pub(crate) shift: [f32; 3],
+    pub(crate) axes: [OtherAxis; 3],
+}
+
+/// From a region's padded coordinates to those of an [`OtherBrick`], along one axis: the brick's are
+/// `origin + (multiple * local + shift) / parts`, where all four are whole numbers or halves that `f32` holds exactly.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct OtherAxis {
+    /// Cells of the brick per cell of the region; 1 where those are larger.
+    pub(crate) multiple: f32,
+    /// Cells of the region per cell of the brick; 1 where those are larger.
+    pub(crate) parts: f32,
+    /// A cell of the brick near the region.
+    pub(crate) origin: f32,
+    pub(crate) shift: f32,
+}
+
+impl OtherAxis {
+    /// The brick's padded coordinate of a place.
+    pub(crate) fn apply(&self, local: f64) -> f64 {
+        let [multiple, parts, origin, shift] = [self.multiple, self.parts, self.origin, self.shift].map(f64::from);
+        origin + (multiple * local + shift) / parts
+    }
 }
 
 impl Plan {
@@ -135,27 +154,32 @@ impl Planner<'_> {
         let low = self.low(level, place);
         // In half cells of the finest level.
         let whole = cells.refined([2; 3]);
-        let mut pure = whole;
+        let (mut neighbours, mut beside_hole) = (Vec::new(), false);
         let mut others = self.covering(region, level);
         self.for_each_neighbour(region, level, cells, &mut |other, other_cells| {
-            let other_level = other.finest_level();
-            if let Some(reach) = self.impure_reach(level, other, other_level) {
-                pure = without(&pure, &self.reach(reach, other_cells));
+            let closest = self.index.finest_brick(other, level).map(|(closest, _)| closest);
+            if let Some(reach) = self.impure_reach(level, other, closest) {
+                let reach = self.index.reach(reach, other_cells);
+                if reach.intersects(&whole) {
+                    neighbours.push(Neighbour::new(reach, other_cells, cells));
+                }
+                beside_hole |= closest.is_none() && reach.grown([1; 3]).intersects(&whole);
             }
             for other_level in self.combined_levels(region, level) {
                 if (other_level > level || !region.has_level(other_level))
                     && other.has_level(other_level)
-                    && self.reach(other_level, other_cells).intersects(&whole)
+                    && self.index.reach(other_level, other_cells).intersects(&whole)
                     && let Some((_, place)) = self.index.finest_brick(other, other_level)
                 {
                     others.push((other_level, place));
                 }
             }
         });
+        let pure = out_of_reach(whole, &mut neighbours);
         others.sort_unstable_by_key(|&(level, place)| (std::cmp::Reverse(level), place));
         others.dedup();
         let size = self.finest_cells(level);
-        // On its face, or where rounding has led over it, a dual cell beyond would begin, perhaps in a hole.
+        // On a face, or where rounding has led over it, a dual cell beyond would begin, perhaps in a hole.
         const INSIDE: f64 = 1e-3;
         let padded = |corner: [i64; 3], inward: f64| -> [f32; 3] {
             std::array::from_fn(|axis| (corner[axis] as f64 / (2 * size[axis]) as f64 - low[axis] + inward) as f32)
@@ -168,7 +192,7 @@ impl Planner<'_> {
                 level: Some(level as u8),
                 low,
                 pure: if is_empty { NO_BOX } else { inside },
-                is_pure: pure == whole,
+                is_pure: pure == whole && !beside_hole,
             },
             first_other: 0,
             finer: others.iter().filter(|other| other.0 > level).count() as u16,
@@ -193,26 +217,21 @@ impl Planner<'_> {
         levels.filter(move |&other| other != level)
     }
 
-    /// The level whose half cell is how far a neighbour keeps a region of `level` from being pure. `None` where it
-    /// does not matter.
-    fn impure_reach(&self, level: usize, other: &Region, other_level: Option<usize>) -> Option<usize> {
-        let Some(other_level) = other_level else { return (self.method != Method::Nearest).then_some(level) };
+    /// The level whose half cell is how far a neighbour, which has `closest` instead of cells of `level`, keeps a region
+    /// of that level from being pure. `None` where it does not matter.
+    fn impure_reach(&self, level: usize, other: &Region, closest: Option<usize>) -> Option<usize> {
+        let finest = other.finest_level().unwrap_or(level);
         match self.method {
-            Method::Nearest | Method::Current => None,
-            Method::Finest => (other_level > level).then_some(self.index.hierarchy().finest_level()),
+            Method::Nearest => None,
+            _ if closest.is_none() => Some(level),
+            Method::Current => None,
+            Method::Finest => (finest > level).then_some(self.index.hierarchy().finest_level()),
             // Whichever cells are larger: a fine neighbour covers cells of this level.
-            Method::Basis | Method::Octant => (other_level != level).then_some(level.min(other_level)),
-            Method::Blend | Method::Prolong if other_level < level => Some(level),
-            Method::Blend | Method::Prolong => (level + 1..=other_level).find(|&finer| other.has_level(finer)),
+            Method::Basis | Method::Octant => (finest != level).then_some(level.min(finest)),
+            // Also where finer bricks lie beside this level instead of on it.
+            Method::Blend | Method::Prolong if closest != Some(level) => Some(level),
+            Method::Blend | Method::Prolong => (level + 1..=finest).find(|&finer| other.has_level(finer)),
         }
-    }
-
-    /// A region's `cells` (of the finest level) grown by half a cell of `level`, in half cells of the finest level.
-    fn reach(&self, level: usize, cells: &IndexBox) -> IndexBox {
-        let size = self.finest_cells(level);
-        // A region's cells fill its box or go on in a region of the same brick, unless one is covered in part.
-        let whole = if self.index.may_cover_partly() { cells.coarsened(size).refined(size) } else { *cells };
-        whole.refined([2; 3]).grown(size)
     }
 
     /// Calls `visit` with every region whose cells may be in reach of a region of `level` and with its box.
@@ -223,9 +242,15 @@ impl Planner<'_> {
         cells: &IndexBox,
         visit: &mut impl FnMut(&Region, &IndexBox),
     ) {
-        let coarsest = level.min(region.coarsest_in_reach());
+        let coarsest = match self.combination {
+            Combination::Single => level,
+            // Also levels that finer ones cover take part, but bricks over the region have all that they need.
+            Combination::Layered => (0..level).find(|&coarser| !region.has_level(coarser)).unwrap_or(level),
+            Combination::Basis | Combination::PointByPoint => level.min(region.coarsest_in_reach()),
+        };
         let halves = if self.index.may_cover_partly() { 3 } else { 1 };
-        let margin = self.finest_cells(coarsest).map(|cells| (halves * cells + 1) / 2);
+        // Holes matter that only touch what is in reach.
+        let margin = self.finest_cells(coarsest).map(|cells| halves * cells / 2 + 1);
         self.index.for_each_region_in(&cells.grown(margin), &mut |number, shared| {
             // What is shared is enough: the rest of the neighbour is out of reach.
             visit(&self.index.regions()[number], &shared);
@@ -235,13 +260,20 @@ impl Planner<'_> {
     fn other(&self, level: usize, low: [f64; 3], other: usize, place: usize) -> OtherBrick {
         let (size, other_size) = (self.finest_cells(level), self.finest_cells(other));
         let other_low = self.low(other, place);
-        let scale: [f64; 3] = std::array::from_fn(|axis| size[axis] as f64 / other_size[axis] as f64);
-        OtherBrick {
-            brick: self.brick(other, place),
-            level: other as u8,
-            scale: scale.map(|scale| scale as f32),
-            shift: std::array::from_fn(|axis| (low[axis] * scale[axis] - other_low[axis]) as f32),
-        }
+        let axis = |axis: usize| {
+            let (multiple, parts) = ((size[axis] / other_size[axis]).max(1), (other_size[axis] / size[axis]).max(1));
+            let (multiple, parts) = (multiple as f64, parts as f64);
+            // In whole cells and the rest: both are exact, however many levels lie between.
+            let shift = low[axis] * multiple - other_low[axis] * parts;
+            let origin = (shift / parts).floor();
+            OtherAxis {
+                multiple: multiple as f32,
+                parts: parts as f32,
+                origin: origin as f32,
+                shift: (shift - origin * parts) as f32,
+            }
+        };
+        OtherBrick { brick: self.brick(other, place), level: other as u8, axes: std::array::from_fn(axis) }
     }
 
     fn brick(&self, level: usize, place: usize) -> PaddedBrick {
@@ -258,20 +290,4 @@ impl Planner<'_> {
     fn finest_cells(&self, level: usize) -> [i64; 3] {
         self.index.hierarchy().levels()[level].finest_cells()
     }
-}
-
-/// The largest of the boxes that remain of `pure` on one side of `taken`.
-fn without(pure: &IndexBox, taken: &IndexBox) -> IndexBox {
-    if !pure.intersects(taken) {
-        return *pure;
-    }
-    let sides = (0..3).flat_map(|axis| {
-        let (mut below, mut above) = (*pure, *pure);
-        below.high[axis] = taken.low[axis].min(pure.high[axis]);
-        above.low[axis] = taken.high[axis].max(pure.low[axis]);
-        [below, above]
-    });
-    // As floats: the boxes may hold more cells than an integer can count.
-    let volume = |cells: &IndexBox| cells.size().iter().map(|&side| side.max(0) as f64).product::<f64>();
-    sides.max_by(|a, b| volume(a).total_cmp(&volume(b))).unwrap_or(*pure)
 }

@@ -22,8 +22,8 @@ impl<T: Voxel> PacketSampler<'_, T> {
             }
             let lerp = self.dual_cells(simd, level, &packet.points, here).lerp(simd);
             let counts = mask_of(simd, here & lerp.any_actual);
-            sum = counts.select((left * lerp.actual).mul_add(lerp.values, sum), sum);
-            left = counts.select(left * (one - lerp.actual), left);
+            sum = counts.select((left * (one - lerp.missing)).mul_add(lerp.values, sum), sum);
+            left = counts.select(left * lerp.missing, left);
             coarsest = counts.select(lerp.values, coarsest);
             lanes &= lanes_of(left.simd_gt(0.0));
             if lanes == 0 {

@@ -15,6 +15,8 @@ pub(super) const NO_WEIGHT: f32 = f32::EPSILON / 2.0;
 pub(super) struct DualCells<S: Gather> {
     /// The weight of the high side, per axis.
     pub(super) share: [Floats<S>; 3],
+    /// The weight of the low side: beside holes it may be all that a mean has, so it is as exact as the high side's.
+    low: [Floats<S>; 3],
     /// The logical cells of each side, moved into the domain.
     pub(super) cells: [[Integers<S>; 2]; 3],
     /// The closest existing cells' values; 0 where there is none, or no weight.
@@ -35,9 +37,9 @@ pub(super) struct DualCells<S: Gather> {
 pub(super) struct Lerp<S: Gather> {
     /// The hat-weighted mean of the corners' closest existing cells; NaN where no corner has one.
     pub(super) values: Floats<S>,
-    /// The share of the weight that actual corners carry: 0 to 1.
-    pub(super) actual: Floats<S>,
-    /// Where that is more than nothing.
+    /// The share of the weight that virtual corners carry: 0 to 1, and exactly 0 where there are none.
+    pub(super) missing: Floats<S>,
+    /// Where actual corners carry weight.
     pub(super) any_actual: LaneSet,
 }
 
@@ -53,12 +55,13 @@ impl<T: Voxel> PacketSampler<'_, T> {
     ) -> DualCells<S> {
         let lattice = &self.levels[level];
         let (zero, nothing) = (Integers::splat(simd, 0), Floats::splat(simd, 0.0));
-        let (mut cells, mut share) = ([[zero; 2]; 3], [nothing; 3]);
+        let (mut cells, mut share, mut low) = ([[zero; 2]; 3], [nothing; 3], [nothing; 3]);
         let (mut planes, mut in_domain) = (PlaneLanes::default(), PlaneLanes::default());
         for axis in 0..3 {
             let position = points[axis].scaled(simd, self.domain[axis][0], lattice.scale(axis), -0.5);
             let (base, rest) = position.split(simd);
             share[axis] = rest;
+            low[axis] = (Doubles::splat(simd, 1.0) - (position - position.floor())).to_floats();
             let weighty = [rest.simd_lt(1.0), rest.simd_gt(NO_WEIGHT)];
             for side in 0..2 {
                 let cell = base + side as i32;
@@ -67,7 +70,7 @@ impl<T: Voxel> PacketSampler<'_, T> {
                 in_domain.0[axis][side] = lanes_of(cell.simd_eq(cells[axis][side]));
             }
         }
-        let mut dual = self.read_dual_cells(simd, level, share, cells, planes);
+        let mut dual = self.read_dual_cells(simd, level, [low, share], cells, planes);
         dual.in_domain = in_domain.corners();
         dual
     }
@@ -79,13 +82,14 @@ impl<T: Voxel> PacketSampler<'_, T> {
         &self,
         simd: S,
         level: usize,
-        share: [Floats<S>; 3],
+        [low, share]: [[Floats<S>; 3]; 2],
         cells: [[Integers<S>; 2]; 3],
         planes: PlaneLanes,
     ) -> DualCells<S> {
         let weighty = planes.corners();
         let mut dual = DualCells {
             share,
+            low,
             cells,
             values: [Floats::splat(simd, 0.0); 8],
             weighty,
@@ -140,10 +144,9 @@ impl<S: Gather> DualCells<S> {
     /// The corners' hats.
     #[inline(always)]
     pub(super) fn hats(&self, simd: S) -> [Floats<S>; 8] {
-        let one = Floats::splat(simd, 1.0);
-        let [x, y, z] = self.share;
-        let [x, y, z] = [[one - x, x], [one - y, y], [one - z, z]];
-        let mut hats = [one; 8];
+        let (low, high) = (self.low, self.share);
+        let [x, y, z] = [[low[0], high[0]], [low[1], high[1]], [low[2], high[2]]];
+        let mut hats = [Floats::splat(simd, 0.0); 8];
         for (corner, hat) in hats.iter_mut().enumerate() {
             *hat = x[corner & 1] * y[corner >> 1 & 1] * z[corner >> 2];
         }
@@ -153,30 +156,41 @@ impl<S: Gather> DualCells<S> {
     /// The weight that the corners of these lanes carry.
     #[inline(always)]
     pub(super) fn weight(&self, simd: S, corners: &[LaneSet; 8]) -> Floats<S> {
-        let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
-        let mut counted = [zero; 8];
-        for (counted, &lanes) in counted.iter_mut().zip(corners) {
-            *counted = mask_of(simd, lanes).select(one, zero);
+        let hats = self.hats(simd);
+        let mut weight = Floats::splat(simd, 0.0);
+        for corner in 0..8 {
+            weight = mask_of(simd, corners[corner]).select(weight + hats[corner], weight);
         }
-        mix(counted, self.share)
+        weight
     }
 
     /// The hat-weighted mean of the corners that exist; NaN where none does.
     #[inline(always)]
     pub(super) fn mean(&self, simd: S) -> Floats<S> {
-        let sum = mix(self.values, self.share);
-        if self.existing == self.weighty { sum } else { sum / self.weight(simd, &self.existing) }
+        if self.existing == self.weighty {
+            return mix(self.values, self.share);
+        }
+        let hats = self.hats(simd);
+        let (mut sum, mut weight) = (Floats::splat(simd, 0.0), Floats::splat(simd, 0.0));
+        for corner in 0..8 {
+            let exists = mask_of(simd, self.existing[corner]);
+            sum = exists.select(hats[corner].mul_add(self.values[corner], sum), sum);
+            weight = exists.select(weight + hats[corner], weight);
+        }
+        sum / weight
     }
 
     #[inline(always)]
     pub(super) fn lerp(&self, simd: S) -> Lerp<S> {
-        let virtual_corners = self.virtual_corners();
-        let mut actual = Floats::splat(simd, 1.0);
-        if virtual_corners != 0 {
-            let all = mask_of(simd, !virtual_corners);
-            actual = all.select(actual, self.weight(simd, &self.actual));
+        let mut missing = Floats::splat(simd, 0.0);
+        if self.virtual_corners() != 0 {
+            let mut corners = self.weighty;
+            for (corner, actual) in corners.iter_mut().zip(self.actual) {
+                *corner &= !actual;
+            }
+            missing = self.weight(simd, &corners);
         }
-        Lerp { values: self.mean(simd), actual, any_actual: self.any_actual() }
+        Lerp { values: self.mean(simd), missing, any_actual: self.any_actual() }
     }
 
     /// The lanes with corners that are actual cells.

@@ -123,7 +123,7 @@ impl<T: Voxel> PacketSampler<'_, T> {
     ) -> Floats<S> {
         let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
         let (cells, planes) = self.touching(simd, level, corner, lanes);
-        let dual = self.read_dual_cells(simd, level, [zero; 3], cells, planes);
+        let dual = self.read_dual_cells(simd, level, [[zero; 3]; 2], cells, planes);
         let (mut sum, mut count) = (zero, zero);
         for corner in 0..8 {
             let actual = mask_of(simd, dual.actual[corner]);
