@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::RegionFrame;
-use super::padded::{PaddedBrick, PaddedField, Plan, RegionPlan, is_hole};
+use super::padded::{FLAG, PaddedBrick, PaddedField, Padding, Plan, RegionPlan, is_hole};
 use crate::hierarchy::{IndexBox, Normalisation};
 use crate::index::{Index, Node, ValueRanges};
 use crate::simd::{Gather, InstructionSet, Kernel};
@@ -167,10 +167,10 @@ impl Divide<'_> {
         };
         let (low, high) = (corner(cells.low), corner(cells.high));
         let mut piece = PieceNode::NOTHING;
-        self.scan(&plan.brick, low, high, &mut piece);
-        let RegionFrame { pure, .. } = &plan.frame;
+        self.scan(&plan.brick, [low, high], 1.0, &mut piece);
+        let RegionFrame { pure, is_pure, .. } = &plan.frame;
         let inside = (0..3).all(|axis| f64::from(pure[0][axis]) <= low[axis] && high[axis] <= f64::from(pure[1][axis]));
-        if inside {
+        if *is_pure || inside {
             return piece;
         }
         if !self.plan.is_complete() {
@@ -180,14 +180,17 @@ impl Divide<'_> {
         for other in self.plan.others(plan).into_iter().flatten() {
             let moved =
                 |point: [f64; 3]| -> [f64; 3] { std::array::from_fn(|axis| other.axes[axis].apply(point[axis])) };
-            self.scan(&other.brick, moved(low), moved(high), &mut piece);
+            // Second differences grow with the square of a cell's size.
+            let finer = other.axes.iter().map(|axis| axis.multiple / axis.parts).fold(0.0, f32::max);
+            self.scan(&other.brick, [moved(low), moved(high)], finer * finer, &mut piece);
         }
         piece
     }
 
-    /// Widens what is known of a piece by the values of a brick that samples between two places can touch.
+    /// Widens what is known of a piece by the values of a brick that samples between two places can touch; a cell of the
+    /// piece's bends `scale` times as much as one of the brick's.
     #[inline(always)]
-    fn scan(&self, brick: &PaddedBrick, low: [f64; 3], high: [f64; 3], piece: &mut PieceNode) {
+    fn scan(&self, brick: &PaddedBrick, [low, high]: [[f64; 3]; 2], scale: f32, piece: &mut PieceNode) {
         let values = self.field.brick(brick);
         let first = |axis: usize| (low[axis].floor().max(0.0)) as usize;
         let end = |axis: usize| (high[axis].floor().min(f64::from(brick.cells[axis])) + 2.0).max(0.0) as usize;
@@ -195,9 +198,12 @@ impl Divide<'_> {
         if (0..3).any(|axis| end(axis) <= first(axis)) {
             return;
         }
+        // What only stands for a leaf cell of another level has no weight.
+        let leaves_only = Padding::of(self.plan.method) == Padding::Leaves;
+        let counts = |value: f32| !leaves_only || value.to_bits() & FLAG == FLAG;
         let length = end(0) - first(0);
         let [mut lowest, mut highest] = piece.range;
-        let mut roughness = piece.roughness;
+        let mut roughness = 0.0f32;
         for z in first(2)..end(2) {
             for y in first(1)..end(1) {
                 let start = first(0) + row * y + slice * z;
@@ -225,14 +231,15 @@ impl Divide<'_> {
                 for x in 0..length {
                     // Beside a hole, values go on as they are.
                     let difference = |other: f32| if other.is_nan() { 0.0 } else { other - own[x] };
-                    let bend = (difference(left[x]) + difference(right[x])).abs()
-                        + (difference(front[x]) + difference(back[x])).abs()
-                        + (difference(below[x]) + difference(above[x])).abs();
-                    roughness = if bend > roughness { bend } else { roughness };
+                    let along = |low: f32, high: f32| {
+                        if counts(low) && counts(high) { (difference(low) + difference(high)).abs() } else { 0.0 }
+                    };
+                    let bend = along(left[x], right[x]) + along(front[x], back[x]) + along(below[x], above[x]);
+                    roughness = if bend > roughness && counts(own[x]) { bend } else { roughness };
                 }
             }
         }
         piece.range = [lowest, highest];
-        piece.roughness = roughness;
+        piece.roughness = piece.roughness.max(scale * roughness);
     }
 }

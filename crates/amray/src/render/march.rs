@@ -124,6 +124,25 @@ struct Course<S: Gather> {
     pure: [f32; 2],
 }
 
+impl<S: Gather> Course<S> {
+    /// Of no rays.
+    #[inline(always)]
+    fn none(simd: S) -> Self {
+        let zero = Floats::splat(simd, 0.0);
+        let nowhere = Doubles::splat(simd, 0.0);
+        Self {
+            start: [zero; 3],
+            stride: [zero; 3],
+            counts: zero,
+            most: 0.0,
+            first_at: nowhere,
+            step: zero,
+            length: zero,
+            pure: [0.0; 2],
+        }
+    }
+}
+
 /// What changes with every sample.
 #[derive(Clone, Copy)]
 pub(super) struct Rays<S: Gather> {
@@ -262,9 +281,12 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
         // Cells much smaller than a pixel need not all be looked at.
         let step = self.packets[0].coarse_step.first() as f32 * look.step;
         let look = &SeenLook { step: look.step * footprint.longer(step, self.packets[0].distance + nearest), ..*look };
-        let mut courses = [self.course(0, region, look, [span.enter[0], span.leave[0]], rays[0]); PACKETS];
-        for packet in 1..PACKETS {
-            courses[packet] = self.course(packet, region, look, [span.enter[packet], span.leave[packet]], rays[packet]);
+        let mut courses = [Course::none(simd); PACKETS];
+        for packet in 0..PACKETS {
+            if rays[packet].any_true() {
+                let ends = [span.enter[packet], span.leave[packet]];
+                courses[packet] = self.course(packet, region, look, ends, rays[packet]);
+            }
         }
         // Mostly all values lie on one segment.
         let is_one_segment = look.window.first == look.window.last && values.is_finite();

@@ -49,7 +49,7 @@ pub(super) fn is_hole(value: f32) -> bool {
 /// A cell whose value is not finite.
 const NOT_FINITE: u32 = 0x7fc0_0002;
 /// The flag.
-pub(crate) const FLAG: u32 = 1;
+pub(super) const FLAG: u32 = 1;
 
 /// All bricks of a field, padded.
 #[derive(Clone, Debug)]
