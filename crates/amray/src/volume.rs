@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::hierarchy::{Field, Hierarchy, IndexBox, Normalisation, Voxel, with_voxels};
 use crate::index::{Index, ValueRanges};
 use crate::layout::{InPlacePlan, Layout, Padded, normalisation, padded_bytes};
-use crate::reconstruction::{Method, PacketSampler, Sampler, ValueAndGradient};
+use crate::reconstruction::{AnySampler, Method, PacketSampler, Sampler, ValueAndGradient};
 
 /// Points that a thread samples at a time.
 const CHUNK: usize = 1024;
@@ -151,6 +151,11 @@ impl Volume {
             let sampler = Sampler::new(&self.index, bricks, self.method);
             points.par_iter().map(|&point| sampler.sample_world_with_gradient(point)).collect()
         })
+    }
+
+    /// The sampler of packets of points; its values are normalised.
+    pub(crate) fn packet_sampler(&self) -> AnySampler<'_> {
+        AnySampler::new(&self.index, self.field.values(), self.method, self.normalisation())
     }
 
     /// Folds all leaf cells, in parallel: `fold` adds a cell to a partial result that began as `start()`, and `merge`

@@ -3,9 +3,7 @@
 use fearless_simd::prelude::*;
 
 use crate::Volume;
-use crate::hierarchy::with_voxels;
 use crate::layout::{PaddedValues, RegionFrame, RegionValues};
-use crate::reconstruction::Sampler;
 use crate::simd::{Floats, Gather, InstructionSet, Kernel, LANES, Mask};
 
 /// Samples along one way of a packet.
@@ -72,7 +70,7 @@ impl<'a> RegionSampler<'a> {
             let ends = [local(boxes[region].low), local(boxes[region].high)];
             let is_wide = (0..3).all(|axis| ends[1][axis] - ends[0][axis] >= STEP * (STEPS + 1) as f32);
             for (axis, end) in (0..3).flat_map(|axis| [(axis, 0), (axis, 1)]) {
-                if !is_wide || frame.pure[end][axis] == ends[end][axis] {
+                if !is_wide || (frame.pure[end][axis] - ends[end][axis]).abs() < FROM_FACE {
                     continue;
                 }
                 let inward = if end == 0 { 1.0 } else { -1.0 };
@@ -100,12 +98,9 @@ impl<'a> RegionSampler<'a> {
     pub fn run(&self) -> f32 {
         let volume = self.volume;
         let padded = volume.padded();
-        with_voxels!(volume.field().values(), bricks => {
-            let sampler = Sampler::new(volume.index(), bricks, volume.method());
-            let reference = |region: usize, point: [f64; 3]| sampler.sample_in(region, point);
-            let values = PaddedValues { field: &padded.field, plan: &padded.plan, reference: &reference };
-            InstructionSet::best().run(Samples { values, ways: &self.ways })
-        })
+        let sampler = volume.packet_sampler();
+        let values = PaddedValues { field: &padded.field, plan: &padded.plan, sampler: &sampler };
+        InstructionSet::best().run(Samples { values, ways: &self.ways })
     }
 }
 

@@ -3,12 +3,12 @@
 use fearless_simd::SimdMask;
 
 use super::pieces::{self, PieceNode};
-use super::{NO_BOX, RegionFrame, RegionValues, region_places};
+use super::{NO_BOX, RegionFrame, RegionValues, region_places, region_points};
 use crate::Volume;
 use crate::hierarchy::Voxel;
 use crate::index::{Index, Region};
-use crate::reconstruction::{Method, PacketPoints, PacketSampler};
-use crate::simd::{Floats, Gather, LANES, Mask};
+use crate::reconstruction::{Method, PacketSampler};
+use crate::simd::{Floats, Gather, Mask};
 
 /// How to march through a volume whose values stay where they are.
 #[derive(Clone, Debug)]
@@ -104,20 +104,10 @@ impl<T: Voxel> RegionValues for InPlace<'_, T> {
     fn anywhere<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
         let frame = self.frame(region);
         let size = self.finest_cells(frame.level.unwrap_or(0));
-        let [first, last] = &self.plan.places[region];
+        let points = region_points(frame, size, &self.plan.places[region], point);
         simd.vectorize(
             #[inline(always)]
-            || {
-                let mut points: PacketPoints = [[0.0; LANES]; 3];
-                for axis in 0..3 {
-                    let lanes: [f32; LANES] = point[axis].into();
-                    for lane in 0..LANES {
-                        let place = (f64::from(lanes[lane]) + frame.low[axis]) * size[axis];
-                        points[axis][lane] = place.max(first[axis]).min(last[axis]);
-                    }
-                }
-                self.sampler.sample(simd, &points, active).values
-            },
+            || self.sampler.sample(simd, &points, active).values,
         )
     }
 }

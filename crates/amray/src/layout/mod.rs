@@ -10,7 +10,8 @@ mod tests;
 
 use crate::hierarchy::IndexBox;
 use crate::index::Index;
-use crate::simd::{Floats, Gather, Mask};
+use crate::reconstruction::PacketPoints;
+use crate::simd::{Floats, Gather, LANES, Mask};
 
 pub(crate) use in_place::{InPlace, InPlacePlan};
 pub(crate) use normalisation::normalisation;
@@ -50,6 +51,25 @@ fn region_places(index: &Index) -> Vec<[[f64; 3]; 2]> {
     const NEAREST: f64 = 1e-6;
     let places = |cells: &IndexBox| [cells.low.map(|cell| cell as f64), cells.high.map(|cell| cell as f64 - NEAREST)];
     index.region_boxes().iter().map(places).collect()
+}
+
+/// Points in a region's local coordinates, in cells of the finest level; none lies beyond the region's places.
+#[inline(always)]
+fn region_points<S: Gather>(
+    frame: &RegionFrame,
+    size: &[f64; 3],
+    [first, last]: &[[f64; 3]; 2],
+    point: [Floats<S>; 3],
+) -> PacketPoints {
+    let mut points = [[0.0; LANES]; 3];
+    for axis in 0..3 {
+        let lanes: [f32; LANES] = point[axis].into();
+        for lane in 0..LANES {
+            let place = (f64::from(lanes[lane]) + frame.low[axis]) * size[axis];
+            points[axis][lane] = place.max(first[axis]).min(last[axis]);
+        }
+    }
+    points
 }
 
 /// Samples a field region by region, sixteen points at a time. Values are normalised.

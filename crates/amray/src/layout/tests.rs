@@ -107,10 +107,9 @@ impl Case {
     fn check(&self, random: &mut Random, on_faces: f64) -> Result<(), TestCaseError> {
         for method in Method::ALL {
             let volume = self.volume(method);
-            let reference = Sampler::new(&self.index, self.bricks(), method);
-            let sample_in = |region: usize, point: [f64; 3]| reference.sample_in(region, point);
+            let any_sampler = volume.packet_sampler();
             let Padded { field, plan, .. } = volume.padded();
-            let padded = PaddedValues { field, plan, reference: &sample_in };
+            let padded = PaddedValues { field, plan, sampler: &any_sampler };
             self.check_values("padded", &volume, &padded, (random, on_faces))?;
             let sampler = PacketSampler::new(&self.index, self.bricks(), method, volume.normalisation());
             let in_place = InPlace { plan: volume.in_place(), sampler: &sampler };

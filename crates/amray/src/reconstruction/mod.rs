@@ -20,6 +20,7 @@ use number::Number;
 
 pub use method::{Method, UnknownMethod};
 pub use number::ValueAndGradient;
+pub(crate) use packet::AnySampler;
 pub use packet::{PacketPoints, PacketSampler, PacketSamples};
 
 /// Evaluates one method over one field.

@@ -11,13 +11,10 @@ use super::visibility::{NodeLook, Visibility, steps};
 use super::{Engine, Layout, RenderOptions, RenderStatistics, Trace};
 use crate::Volume;
 use crate::appearance::{Light, Segments};
-use crate::hierarchy::{FieldValues, with_voxels};
 use crate::layout::{InPlace, InPlacePlan, Padded, PaddedValues};
-use crate::reconstruction::{PacketSampler, Sampler};
+use crate::reconstruction::AnySampler;
 use crate::scene::{PicturePlane, Scene};
 use crate::simd::{Doubles, Floats, Gather, InstructionSet, Kernel, LANES, Mask, SHORT_TABLES};
-
-type Reference<'a> = Box<dyn Fn(usize, [f64; 3]) -> f64 + Sync + 'a>;
 
 /// What a picture needs besides its rays.
 pub(super) struct Frame<'a> {
@@ -36,27 +33,11 @@ pub(super) struct Frame<'a> {
 /// Where samples come from.
 enum Source<'a> {
     /// Marching through a padded copy.
-    Padded { padded: &'a Padded, looks: Vec<NodeLook>, reference: Reference<'a> },
+    Padded { padded: &'a Padded, looks: Vec<NodeLook>, sampler: AnySampler<'a> },
     /// Marching through values where they are.
     InPlace { plan: &'a InPlacePlan, looks: Vec<NodeLook>, sampler: AnySampler<'a> },
     /// Asking for every sample.
     Query(AnySampler<'a>),
-}
-
-/// A sampler of either number type.
-enum AnySampler<'a> {
-    F32(PacketSampler<'a, f32>),
-    F64(PacketSampler<'a, f64>),
-}
-
-impl<'a> AnySampler<'a> {
-    fn new(volume: &'a Volume) -> Self {
-        let (index, method, normalisation) = (volume.index(), volume.method(), volume.normalisation());
-        match volume.field().values() {
-            FieldValues::F32(bricks) => Self::F32(PacketSampler::new(index, bricks, method, normalisation)),
-            FieldValues::F64(bricks) => Self::F64(PacketSampler::new(index, bricks, method, normalisation)),
-        }
-    }
 }
 
 /// A rectangle of pixels.
@@ -79,17 +60,13 @@ impl<'a> Frame<'a> {
         let source = match options.engine {
             Engine::March(Layout::Padded) => {
                 let padded = volume.padded();
-                let reference: Reference = with_voxels!(volume.field().values(), bricks => {
-                    let sampler = Sampler::new(volume.index(), bricks, volume.method());
-                    Box::new(move |region, point| sampler.sample_in(region, point))
-                });
-                Source::Padded { padded, looks: looks(&padded.pieces), reference }
+                Source::Padded { padded, looks: looks(&padded.pieces), sampler: volume.packet_sampler() }
             }
             Engine::March(Layout::InPlace) => {
                 let plan = volume.in_place();
-                Source::InPlace { plan, looks: looks(&plan.pieces), sampler: AnySampler::new(volume) }
+                Source::InPlace { plan, looks: looks(&plan.pieces), sampler: volume.packet_sampler() }
             }
-            Engine::Query => Source::Query(AnySampler::new(volume)),
+            Engine::Query => Source::Query(volume.packet_sampler()),
         };
         let mut steps: Vec<f32> = steps(volume.index()).into_iter().map(|step| step as f32).collect();
         let coarsest = steps[0];
@@ -113,8 +90,8 @@ impl<'a> Frame<'a> {
         let RenderOptions { integration, adaptive, samples_per_cell, .. } = self.options;
         let footprint = if adaptive { self.plane.footprint(samples_per_cell) } else { Footprint::default() };
         match &self.source {
-            Source::Padded { padded: Padded { field, plan, pieces }, looks, reference } => {
-                let values = PaddedValues { field, plan, reference: &**reference };
+            Source::Padded { padded: Padded { field, plan, pieces }, looks, sampler } => {
+                let values = PaddedValues { field, plan, sampler };
                 self.run(tile, &March { values, segments, pieces, looks, integration, footprint })
             }
             Source::InPlace { plan, looks, sampler } => {

@@ -3,19 +3,19 @@
 
 use fearless_simd::prelude::*;
 
-use super::super::{RegionFrame, RegionValues};
+use super::super::{RegionFrame, RegionValues, region_points};
 use super::plan::{Combination, OtherAxis, OtherBrick, PaddedBrick, Plan, RegionPlan};
 use super::{FLAG, HOLE, PaddedField};
-use crate::reconstruction::Method;
-use crate::simd::{Floats, Gather, Integers, LANES, Mask, Naturals};
+use crate::reconstruction::{AnySampler, Method};
+use crate::simd::{Floats, Gather, Integers, Mask, Naturals};
 
 /// Evaluates one method over one padded field; the values are units of the field's range.
 #[derive(Clone, Copy)]
 pub(crate) struct PaddedValues<'a> {
     pub(crate) field: &'a PaddedField,
     pub(crate) plan: &'a Plan,
-    /// The value at a point of a region, in cells of the finest level, for methods without a better way.
-    pub(crate) reference: &'a (dyn Fn(usize, [f64; 3]) -> f64 + Sync),
+    /// For borders of methods without a better way.
+    pub(crate) sampler: &'a AnySampler<'a>,
 }
 
 /// Where sixteen points lie in a brick.
@@ -175,7 +175,7 @@ impl RegionValues for PaddedValues<'_> {
             }
             Combination::Basis => self.basis(simd, plan, point, active),
             Combination::Layered => self.layered(simd, plan, point, active),
-            Combination::PointByPoint => self.point_by_point(simd, region, &plan.frame, point, active),
+            Combination::Queried => self.queried(simd, region, point, active),
         }
     }
 }
@@ -245,30 +245,16 @@ impl PaddedValues<'_> {
         layers.left.simd_gt(0.0).select(layers.left.mul_add(layers.coarsest, layers.sum), layers.sum)
     }
 
-    /// One sample after the other, by the reference.
+    /// By queries, which know of all bricks.
     #[inline(never)]
-    fn point_by_point<S: Gather>(
-        &self,
-        simd: S,
-        number: usize,
-        frame: &RegionFrame,
-        point: [Floats<S>; 3],
-        active: Mask<S>,
-    ) -> Floats<S> {
-        let level = usize::from(frame.level.unwrap_or(0));
-        let size = self.plan.finest_cells[level];
-        let [first, last] = &self.plan.places[number];
-        let values: [f32; LANES] = std::array::from_fn(|lane| {
-            if !active.test(lane) {
-                return 0.0;
-            }
-            let point = std::array::from_fn(|axis| {
-                let place = (f64::from(point[axis][lane]) + frame.low[axis]) * size[axis];
-                place.max(first[axis]).min(last[axis])
-            });
-            self.field.normalisation.apply((self.reference)(number, point))
-        });
-        Floats::from_slice(simd, &values)
+    fn queried<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
+        let frame = self.frame(region);
+        let size = self.finest_cells(frame.level.unwrap_or(0));
+        let points = region_points(frame, size, &self.plan.places[region], point);
+        simd.vectorize(
+            #[inline(always)]
+            || self.sampler.sample(simd, &points, active).values,
+        )
     }
 
     /// The cells that contain the points.

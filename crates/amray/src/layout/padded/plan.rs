@@ -17,8 +17,8 @@ pub(crate) enum Combination {
     Basis,
     /// Level by level from fine to coarse, each as far as its cells are flagged.
     Layered,
-    /// Point by point, by the scalar reference.
-    PointByPoint,
+    /// By queries.
+    Queried,
 }
 
 impl Combination {
@@ -27,7 +27,7 @@ impl Combination {
             Method::Nearest | Method::Current => Self::Single,
             Method::Basis => Self::Basis,
             Method::Blend | Method::Prolong => Self::Layered,
-            Method::Finest | Method::Octant => Self::PointByPoint,
+            Method::Finest | Method::Octant => Self::Queried,
         }
     }
 }
@@ -42,7 +42,7 @@ pub(crate) struct Plan {
     others: Vec<OtherBrick>,
     /// Per level, cells of the finest level per cell.
     pub(crate) finest_cells: Vec<[f64; 3]>,
-    /// The regions' first and last places, where the reference is asked.
+    /// The regions' first and last places, where queries are asked.
     pub(crate) places: Vec<[[f64; 3]; 2]>,
 }
 
@@ -114,13 +114,13 @@ impl Plan {
         let finest_cells =
             index.hierarchy().levels().iter().map(|level| level.finest_cells().map(|cells| cells as f64));
         let combination = planner.combination;
-        let places = if combination == Combination::PointByPoint { region_places(index) } else { Vec::new() };
+        let places = if combination == Combination::Queried { region_places(index) } else { Vec::new() };
         Self { method, combination, regions, others, finest_cells: finest_cells.collect(), places }
     }
 
     /// Whether the regions' bricks hold all values that samples can touch.
     pub(crate) fn is_complete(&self) -> bool {
-        self.combination != Combination::PointByPoint
+        self.combination != Combination::Queried
     }
 
     /// The bricks of other levels in a region, from fine to coarse: those finer than the region, and the coarser ones.
@@ -210,7 +210,7 @@ impl Planner<'_> {
     /// The levels, besides its own, whose cells samples in a region may have to look at.
     fn combined_levels(&self, region: &Region, level: usize) -> impl Iterator<Item = usize> + use<> {
         let levels = match self.combination {
-            Combination::Single | Combination::PointByPoint => level..level,
+            Combination::Single | Combination::Queried => level..level,
             Combination::Basis => region.coarsest_in_reach()..region.finest_in_reach() + 1,
             Combination::Layered => 0..region.finest_in_reach() + 1,
         };
@@ -246,7 +246,7 @@ impl Planner<'_> {
             Combination::Single => level,
             // Also levels that finer ones cover take part, but bricks over the region have all that they need.
             Combination::Layered => (0..level).find(|&coarser| !region.has_level(coarser)).unwrap_or(level),
-            Combination::Basis | Combination::PointByPoint => level.min(region.coarsest_in_reach()),
+            Combination::Basis | Combination::Queried => level.min(region.coarsest_in_reach()),
         };
         let halves = if self.index.may_cover_partly() { 3 } else { 1 };
         // Holes matter that only touch what is in reach.

@@ -6,6 +6,7 @@
 //! weights are single precision from double-precision positions. [`Sampler`] is the reference, and takes over the few
 //! points that do not fit.
 
+mod any;
 mod basis;
 mod blend;
 mod dual_cell;
@@ -20,6 +21,7 @@ use crate::hierarchy::{BrickValues, LaneNormalisation, LaneValues, Normalisation
 use crate::index::{Index, PacketCells, PointDescent, Region};
 use crate::simd::{Doubles, Floats, Gather, InstructionSet, Integers, Kernel, LANES, LaneSet, Mask, lanes_of, mask_of};
 
+pub(crate) use any::AnySampler;
 use level::PacketLevel;
 
 /// Sixteen points, axis by axis, in cells of the finest level.

@@ -1,0 +1,31 @@
+//! Packets of points in a field of either number type.
+
+use super::{PacketPoints, PacketSampler, Samples};
+use crate::hierarchy::{FieldValues, Normalisation};
+use crate::index::Index;
+use crate::reconstruction::Method;
+use crate::simd::{Gather, Mask};
+
+/// A [`PacketSampler`] of either number type.
+pub(crate) enum AnySampler<'a> {
+    F32(PacketSampler<'a, f32>),
+    F64(PacketSampler<'a, f64>),
+}
+
+impl<'a> AnySampler<'a> {
+    pub(crate) fn new(index: &'a Index, values: &'a FieldValues, method: Method, normalisation: Normalisation) -> Self {
+        match values {
+            FieldValues::F32(bricks) => Self::F32(PacketSampler::new(index, bricks, method, normalisation)),
+            FieldValues::F64(bricks) => Self::F64(PacketSampler::new(index, bricks, method, normalisation)),
+        }
+    }
+
+    /// As [`PacketSampler::sample`].
+    #[inline(always)]
+    pub(crate) fn sample<S: Gather>(&self, simd: S, points: &PacketPoints, active: Mask<S>) -> Samples<S> {
+        match self {
+            Self::F32(sampler) => sampler.sample(simd, points, active),
+            Self::F64(sampler) => sampler.sample(simd, points, active),
+        }
+    }
+}
