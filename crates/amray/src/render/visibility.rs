@@ -44,7 +44,7 @@ pub(super) struct Visibility<'a> {
 }
 
 /// How far the optical depth of a piece may be off because its samples are far apart. The bound that is held to it is a
-/// loose one: pictures are off by less than a twentieth of it.
+/// loose one: pictures were off by a fiftieth of it (root mean square), and nowhere by half of it.
 const TOLERANCE: f64 = 4e-2;
 /// What it costs to stop and go on between two pieces, in samples.
 const STOP: f32 = 8.0;
