@@ -81,6 +81,20 @@ impl<S: Gather> Places<S> {
     }
 }
 
+impl OtherBrick {
+    /// Which of the points may lie in its reach.
+    #[inline(always)]
+    fn is_near<S: Gather>(&self, simd: S, point: [Floats<S>; 3]) -> Mask<S> {
+        let [low, high] = &self.reach;
+        let mut near = Mask::splat(simd, true);
+        for axis in 0..3 {
+            near &= point[axis].simd_gt(Floats::splat(simd, low[axis]));
+            near &= point[axis].simd_lt(Floats::splat(simd, high[axis]));
+        }
+        near
+    }
+}
+
 /// What one brick knows of sixteen samples.
 struct Share<S: Gather> {
     /// The sum of hats times values.
@@ -194,8 +208,12 @@ impl PaddedValues<'_> {
             if other.level != level {
                 (level, done) = (other.level, none);
             }
+            let near = other.is_near(simd, point) & active & !done;
+            if near.all_false() {
+                continue;
+            }
             let places = Places::other(simd, other, point);
-            let inside = places.inside(simd, &other.brick) & active & !done;
+            let inside = places.inside(simd, &other.brick) & near;
             if inside.any_true() {
                 let share = self.share(simd, &other.brick, places, Count::Flagged);
                 sum += inside.select(share.sum, zero);
@@ -218,8 +236,12 @@ impl PaddedValues<'_> {
             if other.level != level {
                 (level, done) = (other.level, none);
             }
+            let near = other.is_near(simd, point) & active & !done;
+            if near.all_false() {
+                continue;
+            }
             let places = Places::other(simd, other, point);
-            let inside = places.inside(simd, &other.brick) & active & !done;
+            let inside = places.inside(simd, &other.brick) & near;
             if inside.any_true() {
                 layers.add(simd, self.share(simd, &other.brick, places, Count::Existing), inside);
                 done |= inside;
@@ -234,8 +256,12 @@ impl PaddedValues<'_> {
             if other.level != level {
                 (level, done) = (other.level, none);
             }
+            let near = other.is_near(simd, point) & open & !done;
+            if near.all_false() {
+                continue;
+            }
             let places = Places::other(simd, other, point);
-            let inside = places.inside(simd, &other.brick) & open & !done;
+            let inside = places.inside(simd, &other.brick) & near;
             if inside.any_true() {
                 layers.add(simd, self.share(simd, &other.brick, places, Count::Existing), inside);
                 done |= inside;

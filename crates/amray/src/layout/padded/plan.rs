@@ -74,6 +74,8 @@ pub(crate) struct OtherBrick {
     pub(crate) brick: PaddedBrick,
     pub(crate) level: u8,
     pub(crate) axes: [OtherAxis; 3],
+    /// Where its cells are in reach, and a little more, in the region's padded coordinates.
+    pub(crate) reach: [[f32; 3]; 2],
 }
 
 /// From a region's padded coordinates to those of an [`OtherBrick`], along one axis: the brick's are
@@ -90,6 +92,12 @@ pub(crate) struct OtherAxis {
 }
 
 impl OtherAxis {
+    /// The region's padded coordinate of a place of the brick's.
+    fn undo(&self, place: f64) -> f64 {
+        let [multiple, parts, origin, shift] = [self.multiple, self.parts, self.origin, self.shift].map(f64::from);
+        ((place - origin) * parts - shift) / multiple
+    }
+
     /// The brick's padded coordinate of a place.
     pub(crate) fn apply(&self, local: f64) -> f64 {
         let [multiple, parts, origin, shift] = [self.multiple, self.parts, self.origin, self.shift].map(f64::from);
@@ -273,7 +281,14 @@ impl Planner<'_> {
                 shift: (shift - origin * parts) as f32,
             }
         };
-        OtherBrick { brick: self.brick(other, place), level: other as u8, axes: std::array::from_fn(axis) }
+        let (brick, axes) = (self.brick(other, place), [axis(0), axis(1), axis(2)]);
+        // More than what rounding makes of places.
+        const MARGIN: f64 = 1e-2;
+        let reach = [
+            std::array::from_fn(|axis| (axes[axis].undo(0.0) - MARGIN) as f32),
+            std::array::from_fn(|axis| (axes[axis].undo(f64::from(brick.cells[axis]) + 1.0) + MARGIN) as f32),
+        ];
+        OtherBrick { brick, level: other as u8, axes, reach }
     }
 
     fn brick(&self, level: usize, place: usize) -> PaddedBrick {
