@@ -2,10 +2,10 @@
 
 use fearless_simd::SimdMask;
 
-use super::pieces::{self, PieceNode};
+use super::pieces::{self, BrickPieces, PieceNode};
 use super::{NO_BOX, RegionFrame, RegionValues, region_places, region_points};
 use crate::Volume;
-use crate::hierarchy::Voxel;
+use crate::hierarchy::{Voxel, with_voxels};
 use crate::index::{Index, Region};
 use crate::reconstruction::{Method, PacketSampler};
 use crate::simd::{Floats, Gather, Mask};
@@ -40,10 +40,16 @@ impl InPlacePlan {
             let is_pure = pure == whole.map(|corner| corner.map(|cell| cell as f64));
             (RegionFrame { level: Some(level as u8), low, pure: pure.map(local), is_pure }, place as u32)
         });
-        let (frames, bricks) = placed.unzip();
+        let (frames, bricks): (Vec<_>, Vec<_>) = placed.unzip();
+        let (ranges, normalisation) = (volume.ranges(), volume.normalisation());
+        let pieces = with_voxels!(volume.field().values(), values => {
+            let source =
+                BrickPieces { index, ranges, normalisation, frames: &frames, places: &bricks, bricks: values };
+            pieces::tree(index, &source)
+        });
         let levels = index.hierarchy().levels().iter();
         Self {
-            pieces: pieces::of_regions(index, volume.ranges(), volume.normalisation()),
+            pieces,
             frames,
             places: region_places(index),
             bricks,

@@ -8,13 +8,13 @@ mod evaluate;
 mod fill;
 mod plan;
 
-use super::pieces::{self, PieceNode};
+use super::pieces::{self, PaddedPieces, PieceNode};
 use crate::Volume;
 use crate::hierarchy::{Hierarchy, Normalisation, with_voxels};
 use crate::reconstruction::{Method, Sampler};
 
 pub(crate) use evaluate::PaddedValues;
-pub(super) use plan::{PaddedBrick, Plan, RegionPlan};
+pub(super) use plan::{PaddedBrick, Plan};
 
 /// What padding holds, and which cells are flagged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +47,7 @@ pub(super) fn is_hole(value: f32) -> bool {
 }
 
 /// A cell whose value is not finite.
-const NOT_FINITE: u32 = 0x7fc0_0002;
+pub(super) const NOT_FINITE: u32 = 0x7fc0_0002;
 /// The flag.
 pub(super) const FLAG: u32 = 1;
 
@@ -110,7 +110,8 @@ impl Padded {
     pub(crate) fn build(volume: &Volume) -> Self {
         let field = PaddedField::build(volume);
         let plan = Plan::new(volume.index(), volume.method(), field.starts());
-        let pieces = pieces::of_padded(volume.index(), volume.ranges(), &plan, &field);
+        let pieces =
+            pieces::tree(volume.index(), &PaddedPieces { ranges: volume.ranges(), plan: &plan, field: &field });
         Self { field, plan, pieces }
     }
 
