@@ -199,7 +199,7 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         open_seconds,
         index_seconds,
         prepare_seconds,
-        layout: arguments.sampling.engine(&volume).into(),
+        layout: options.engine.into(),
         layout_bytes: match options.engine {
             Engine::March(layout) => volume.layout_bytes(layout),
             Engine::Query => 0,
