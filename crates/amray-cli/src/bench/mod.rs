@@ -68,14 +68,21 @@ fn measure(arguments: &Arguments) -> anyhow::Result<Report> {
     let size = arguments.size.or(views.size()).unwrap_or(SIZE);
     let looks = with_spinner("histogram", || views.looks(&whole.volume(Method::Nearest), size))
         .map_err(|error| arguments.data(None).error(format!("field {}: {error}", whole.field.name())))?;
-    let levels = arguments.levels(whole.data.hierarchy().finest_level())?;
+    let finest = whole.data.hierarchy().finest_level();
+    let levels = arguments.levels(finest)?;
     let pools = arguments.threads().into_iter().map(Pool::new).collect::<anyhow::Result<Vec<Pool>>>()?;
     let methods = arguments.methods();
     let mut rows = Vec::new();
     let count = levels.len() * methods.len() * looks.len() * pools.len();
     with_progress("measuring", |progress| -> anyhow::Result<()> {
         for &level in &levels {
-            let truncated = Truncated::open(arguments, &views, Some(level))?;
+            let opened;
+            let truncated = if level == finest {
+                &whole
+            } else {
+                opened = Truncated::open(arguments, &views, Some(level))?;
+                &opened
+            };
             for &method in &methods {
                 let volume = truncated.volume(method);
                 let layout = arguments.layout.layout(&volume);
