@@ -7,6 +7,7 @@ mod explosion;
 mod nested;
 mod random_mesh;
 mod shell;
+mod tiles;
 
 use std::path::PathBuf;
 
@@ -16,6 +17,7 @@ pub use explosion::{explosion, random_packets, ray_packets};
 pub use nested::{nested, nested_cubes};
 pub use random_mesh::{RandomMesh, Shape};
 pub use shell::Shell;
+pub use tiles::tiles;
 
 /// A small, fast generator of pseudo-random numbers (splitmix64), the same on every machine.
 #[derive(Clone, Debug)]

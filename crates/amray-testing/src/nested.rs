@@ -2,6 +2,8 @@
 
 use amray::hierarchy::{Hierarchy, IndexBox, LevelDescription};
 
+use crate::tiles;
+
 /// A unit cube of `base` cells a side with a refined block in the middle, half as wide per level, `levels` levels of
 /// ratio 2, cut into bricks of `brick` cells a side.
 pub fn nested(base: i64, levels: usize, brick: i64) -> Hierarchy {
@@ -13,14 +15,11 @@ pub fn nested(base: i64, levels: usize, brick: i64) -> Hierarchy {
             } else {
                 IndexBox::new([size / 4; 3], [size - size / 4; 3])
             };
-            let bricks = part.coarsened([brick; 3]).iter().map(|corner| {
-                IndexBox::new(corner, corner.map(|index| index + 1)).refined([brick; 3]).intersection(&part)
-            });
             LevelDescription {
                 ratio: [if level == 0 { 1 } else { 2 }; 3],
                 cell_size: [1.0 / size as f64; 3],
                 domain: IndexBox::new([0; 3], [size; 3]),
-                bricks: bricks.collect(),
+                bricks: tiles(&part, brick),
             }
         })
         .collect();

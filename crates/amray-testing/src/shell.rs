@@ -2,6 +2,8 @@
 
 use amray::hierarchy::{Hierarchy, IndexBox, LevelDescription};
 
+use crate::tiles;
+
 /// Level 0 has this many blocks per axis.
 const BLOCKS: i64 = 4;
 /// Cells of a block per axis: what is refined as a whole.
@@ -43,11 +45,6 @@ impl Shell {
         });
         Hierarchy::new([0.0; 3], levels.collect()).expect("blocks are refined as a whole")
     }
-}
-
-/// `cells`, cut into cubes of `side` cells.
-fn tiles(cells: &IndexBox, side: i64) -> Vec<IndexBox> {
-    cells.coarsened([side; 3]).iter().map(|tile| IndexBox::new(tile, tile.map(|i| i + 1)).refined([side; 3])).collect()
 }
 
 /// Whether the sphere's surface passes through a block of a level with `side` blocks per axis.
