@@ -3,11 +3,11 @@
 use fearless_simd::SimdMask;
 
 use super::pieces::{self, BrickPieces, PieceNode};
-use super::{NO_BOX, RegionFrame, RegionValues, region_places, region_points};
+use super::{NO_BOX, RegionFrame, RegionValues, queried, region_places};
 use crate::Volume;
-use crate::hierarchy::{Voxel, with_voxels};
+use crate::hierarchy::with_voxels;
 use crate::index::{Index, Region};
-use crate::reconstruction::{Method, PacketSampler};
+use crate::reconstruction::{AnySampler, Method};
 use crate::simd::{Floats, Gather, Mask};
 
 /// How to march through a volume whose values stay where they are.
@@ -77,12 +77,12 @@ fn pure(index: &Index, region: &Region, level: usize, method: Method) -> [[f64; 
 }
 
 /// A field whose values stay where they are.
-pub(crate) struct InPlace<'a, T> {
+pub(crate) struct InPlace<'a> {
     pub(crate) plan: &'a InPlacePlan,
-    pub(crate) sampler: &'a PacketSampler<'a, T>,
+    pub(crate) sampler: &'a AnySampler<'a>,
 }
 
-impl<T: Voxel> RegionValues for InPlace<'_, T> {
+impl RegionValues for InPlace<'_> {
     #[inline(always)]
     fn frame(&self, region: usize) -> &RegionFrame {
         &self.plan.frames[region]
@@ -106,14 +106,10 @@ impl<T: Voxel> RegionValues for InPlace<'_, T> {
         self.sampler.in_brick(simd, self.plan.bricks[region] as usize, point)
     }
 
-    #[inline(never)]
+    #[inline(always)]
     fn anywhere<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
         let frame = self.frame(region);
         let size = self.finest_cells(frame.level.unwrap_or(0));
-        let points = region_points(frame, size, &self.plan.places[region], point);
-        simd.vectorize(
-            #[inline(always)]
-            || self.sampler.sample(simd, &points, active).values,
-        )
+        queried(simd, self.sampler, (frame, size, &self.plan.places[region]), point, active)
     }
 }

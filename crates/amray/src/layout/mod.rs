@@ -10,7 +10,7 @@ mod tests;
 
 use crate::hierarchy::IndexBox;
 use crate::index::Index;
-use crate::reconstruction::PacketPoints;
+use crate::reconstruction::AnySampler;
 use crate::simd::{Floats, Gather, LANES, Mask};
 
 pub(crate) use in_place::{InPlace, InPlacePlan};
@@ -53,23 +53,30 @@ fn region_places(index: &Index) -> Vec<[[f64; 3]; 2]> {
     index.region_boxes().iter().map(places).collect()
 }
 
-/// Points in a region's local coordinates, in cells of the finest level; none lies beyond the region's places.
-#[inline(always)]
-fn region_points<S: Gather>(
-    frame: &RegionFrame,
-    size: &[f64; 3],
-    [first, last]: &[[f64; 3]; 2],
+/// The values at `active` points in a region's local coordinates, by queries, which know of all bricks; given the
+/// region's frame, the size of its cells and its places.
+#[inline(never)]
+fn queried<S: Gather>(
+    simd: S,
+    sampler: &AnySampler,
+    (frame, size, [first, last]): (&RegionFrame, &[f64; 3], &[[f64; 3]; 2]),
     point: [Floats<S>; 3],
-) -> PacketPoints {
-    let mut points = [[0.0; LANES]; 3];
-    for axis in 0..3 {
-        let lanes: [f32; LANES] = point[axis].into();
-        for lane in 0..LANES {
-            let place = (f64::from(lanes[lane]) + frame.low[axis]) * size[axis];
-            points[axis][lane] = place.max(first[axis]).min(last[axis]);
-        }
-    }
-    points
+    active: Mask<S>,
+) -> Floats<S> {
+    simd.vectorize(
+        #[inline(always)]
+        || {
+            let mut points = [[0.0; LANES]; 3];
+            for axis in 0..3 {
+                let lanes: [f32; LANES] = point[axis].into();
+                for lane in 0..LANES {
+                    let place = (f64::from(lanes[lane]) + frame.low[axis]) * size[axis];
+                    points[axis][lane] = place.max(first[axis]).min(last[axis]);
+                }
+            }
+            sampler.sample(simd, &points, active).values
+        },
+    )
 }
 
 /// Samples a field region by region, sixteen points at a time. Values are normalised.

@@ -11,7 +11,7 @@ use super::*;
 use crate::Volume;
 use crate::hierarchy::{BrickValues, Field, FieldValues, Hierarchy, IndexBox, LevelDescription};
 use crate::index::Index;
-use crate::reconstruction::{Method, PacketSampler, Sampler};
+use crate::reconstruction::{Method, Sampler};
 use crate::simd::{InstructionSet, Kernel, LANES};
 
 /// Sixteen points of a region, in its local coordinates.
@@ -107,12 +107,11 @@ impl Case {
     fn check(&self, random: &mut Random, on_faces: f64) -> Result<(), TestCaseError> {
         for method in Method::ALL {
             let volume = self.volume(method);
-            let any_sampler = volume.packet_sampler();
+            let sampler = &volume.packet_sampler();
             let Padded { field, plan, .. } = volume.padded();
-            let padded = PaddedValues { field, plan, sampler: &any_sampler };
+            let padded = PaddedValues { field, plan, sampler };
             self.check_values("padded", &volume, &padded, (random, on_faces))?;
-            let sampler = PacketSampler::new(&self.index, self.bricks(), method, volume.normalisation());
-            let in_place = InPlace { plan: volume.in_place(), sampler: &sampler };
+            let in_place = InPlace { plan: volume.in_place(), sampler };
             self.check_values("in place", &volume, &in_place, (random, on_faces))?;
         }
         Ok(())

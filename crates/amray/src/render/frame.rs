@@ -95,17 +95,8 @@ impl<'a> Frame<'a> {
                 self.run(tile, &March { values, segments, pieces, looks, integration, footprint })
             }
             Source::InPlace { plan, looks, sampler } => {
-                let pieces = &plan.pieces;
-                match sampler {
-                    AnySampler::F32(sampler) => {
-                        let values = InPlace { plan, sampler };
-                        self.run(tile, &March { values, segments, pieces, looks, integration, footprint })
-                    }
-                    AnySampler::F64(sampler) => {
-                        let values = InPlace { plan, sampler };
-                        self.run(tile, &March { values, segments, pieces, looks, integration, footprint })
-                    }
-                }
+                let (values, pieces) = (InPlace { plan, sampler }, &plan.pieces);
+                self.run(tile, &March { values, segments, pieces, looks, integration, footprint })
             }
             Source::Query(sampler) => {
                 let steps = &self.steps;

@@ -189,10 +189,9 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
         }
     }
 
-    /// Takes samples of a packet's `rays` at `at`, on the region's face, and adds the intervals that end there for
-    /// `joined` rays.
+    /// Takes samples of a packet's `rays` at `at`, on the region's face; where rays end there, adds their last intervals.
     #[inline(never)]
-    fn sample_on_face(&mut self, packet: usize, region: usize, at: Floats<S>, rays: Mask<S>, joined: Mask<S>) {
+    fn sample_on_face(&mut self, packet: usize, region: usize, at: Floats<S>, rays: Mask<S>, is_end: bool) {
         let simd = self.simd;
         simd.vectorize(
             #[inline(always)]
@@ -201,9 +200,11 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
                 let point = self.local(packet, region).at(simd, at);
                 let value = self.march.values.anywhere(simd, region, point, rays);
                 let place = self.march.segments.place(simd, value, Window::all(self.march.segments));
-                let length = (at - self.last_at[packet]).to_floats();
                 let state = &mut self.rays[packet];
-                state.add(simd, self.march.how(), place, length, joined);
+                if is_end {
+                    let length = (at - self.last_at[packet]).to_floats();
+                    state.add(simd, self.march.how(), place, length, rays);
+                }
                 state.last = Place::select(rays, place, state.last);
                 self.last_at[packet] = Doubles::select(simd, rays, at, self.last_at[packet]);
                 self.statistics.samples += u64::from(rays.to_bitmask().count_ones());
@@ -219,7 +220,7 @@ impl<'a, S: Gather, V: RegionValues> Marcher<'a, S, V> {
             let regions = self.regions[packet];
             let region = regions[left.to_bitmask().trailing_zeros() as usize];
             let here = left & regions.simd_eq(Integers::splat(self.simd, region));
-            self.sample_on_face(packet, region as usize, at, here, here);
+            self.sample_on_face(packet, region as usize, at, here, true);
             left &= !here;
         }
         self.begun[packet] &= !rays;
@@ -426,7 +427,7 @@ impl<S: Gather, V: RegionValues> Visitor<S> for Marcher<'_, S, V> {
             let (ending, beginning) = (rays & begun, rays & !begun);
             if look.is_some() {
                 if beginning.any_true() {
-                    self.sample_on_face(packet, region, enter, beginning, Mask::splat(simd, false));
+                    self.sample_on_face(packet, region, enter, beginning, false);
                     self.begun[packet] |= beginning;
                 }
                 self.regions[packet] = rays.select(Integers::splat(simd, region as i32), self.regions[packet]);

@@ -29,8 +29,8 @@ impl Tables {
     /// The tables of segments, in their order.
     pub(super) fn new(segments: &[[f32; KINDS]]) -> Self {
         match segments.len() {
-            0..=16 => Self::Sixteen(Box::new(short(segments))),
-            17..=32 => Self::ThirtyTwo(Box::new(short(segments))),
+            count if count <= SHORT_TABLES[0] => Self::Sixteen(Box::new(short(segments))),
+            count if count <= SHORT_TABLES[1] => Self::ThirtyTwo(Box::new(short(segments))),
             _ => {
                 Self::Long(Box::new(std::array::from_fn(|kind| segments.iter().map(|segment| segment[kind]).collect())))
             }

@@ -3,7 +3,7 @@
 
 use fearless_simd::prelude::*;
 
-use super::super::{RegionFrame, RegionValues, region_points};
+use super::super::{RegionFrame, RegionValues, queried};
 use super::plan::{Combination, OtherAxis, OtherBrick, PaddedBrick, Plan, RegionPlan};
 use super::{FLAG, HOLE, PaddedField};
 use crate::reconstruction::{AnySampler, Method};
@@ -116,6 +116,19 @@ enum Count {
     Flagged,
 }
 
+/// Points that have found their brick of a level: bricks of one level hold the same there.
+struct Found<S: Gather> {
+    level: u8,
+    points: Mask<S>,
+}
+
+impl<S: Gather> Found<S> {
+    #[inline(always)]
+    fn none(simd: S) -> Self {
+        Self { level: u8::MAX, points: Mask::splat(simd, false) }
+    }
+}
+
 /// Levels on top of each other, from the finest down.
 struct Layers<S: Gather> {
     sum: Floats<S>,
@@ -189,7 +202,10 @@ impl RegionValues for PaddedValues<'_> {
             }
             Combination::Basis => self.basis(simd, plan, point, active),
             Combination::Layered => self.layered(simd, plan, point, active),
-            Combination::Queried => self.queried(simd, region, point, active),
+            Combination::Queried => {
+                let size = self.finest_cells(plan.frame.level.unwrap_or(0));
+                queried(simd, self.sampler, (&plan.frame, size, &self.plan.places[region]), point, active)
+            }
         }
     }
 }
@@ -201,24 +217,12 @@ impl PaddedValues<'_> {
         let Share { mut sum, mut weight, .. } =
             self.share(simd, &region.brick, Places::own(simd, point), Count::Flagged);
         let zero = Floats::splat(simd, 0.0);
-        let none = Mask::splat(simd, false);
         let [finer, coarser] = self.plan.others(region);
-        let (mut level, mut done) = (u8::MAX, none);
+        let mut found = Found::none(simd);
         for other in finer.iter().chain(coarser) {
-            if other.level != level {
-                (level, done) = (other.level, none);
-            }
-            let near = other.is_near(simd, point) & active & !done;
-            if near.all_false() {
-                continue;
-            }
-            let places = Places::other(simd, other, point);
-            let inside = places.inside(simd, &other.brick) & near;
-            if inside.any_true() {
-                let share = self.share(simd, &other.brick, places, Count::Flagged);
+            if let Some((share, inside)) = self.share_of(simd, other, point, active, &mut found, Count::Flagged) {
                 sum += inside.select(share.sum, zero);
                 weight += inside.select(share.weight, zero);
-                done |= inside;
             }
         }
         sum / weight
@@ -228,23 +232,12 @@ impl PaddedValues<'_> {
     /// with flagged corners takes the rest.
     #[inline(always)]
     fn layered<S: Gather>(&self, simd: S, region: &RegionPlan, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
-        let none = Mask::splat(simd, false);
         let mut layers = Layers::none(simd);
         let [finer, coarser] = self.plan.others(region);
-        let (mut level, mut done) = (u8::MAX, none);
+        let mut found = Found::none(simd);
         for other in finer {
-            if other.level != level {
-                (level, done) = (other.level, none);
-            }
-            let near = other.is_near(simd, point) & active & !done;
-            if near.all_false() {
-                continue;
-            }
-            let places = Places::other(simd, other, point);
-            let inside = places.inside(simd, &other.brick) & near;
-            if inside.any_true() {
-                layers.add(simd, self.share(simd, &other.brick, places, Count::Existing), inside);
-                done |= inside;
+            if let Some((share, inside)) = self.share_of(simd, other, point, active, &mut found, Count::Existing) {
+                layers.add(simd, share, inside);
             }
         }
         layers.add(simd, self.share(simd, &region.brick, Places::own(simd, point), Count::Existing), active);
@@ -253,34 +246,40 @@ impl PaddedValues<'_> {
             if open.all_false() {
                 break;
             }
-            if other.level != level {
-                (level, done) = (other.level, none);
-            }
-            let near = other.is_near(simd, point) & open & !done;
-            if near.all_false() {
-                continue;
-            }
-            let places = Places::other(simd, other, point);
-            let inside = places.inside(simd, &other.brick) & near;
-            if inside.any_true() {
-                layers.add(simd, self.share(simd, &other.brick, places, Count::Existing), inside);
-                done |= inside;
+            if let Some((share, inside)) = self.share_of(simd, other, point, open, &mut found, Count::Existing) {
+                layers.add(simd, share, inside);
             }
         }
         // Where nothing is left, not even a coarser value that is no number counts.
         layers.left.simd_gt(0.0).select(layers.left.mul_add(layers.coarsest, layers.sum), layers.sum)
     }
 
-    /// By queries, which know of all bricks.
-    #[inline(never)]
-    fn queried<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
-        let frame = self.frame(region);
-        let size = self.finest_cells(frame.level.unwrap_or(0));
-        let points = region_points(frame, size, &self.plan.places[region], point);
-        simd.vectorize(
-            #[inline(always)]
-            || self.sampler.sample(simd, &points, active).values,
-        )
+    /// What a brick of another level contributes at those of the `open` points that lie in its reach and have found no
+    /// brick of its level before, and which these are; `None` where there are none.
+    #[inline(always)]
+    fn share_of<S: Gather>(
+        &self,
+        simd: S,
+        other: &OtherBrick,
+        point: [Floats<S>; 3],
+        open: Mask<S>,
+        found: &mut Found<S>,
+        count: Count,
+    ) -> Option<(Share<S>, Mask<S>)> {
+        if found.level != other.level {
+            *found = Found { level: other.level, ..Found::none(simd) };
+        }
+        let near = other.is_near(simd, point) & open & !found.points;
+        if near.all_false() {
+            return None;
+        }
+        let places = Places::other(simd, other, point);
+        let inside = places.inside(simd, &other.brick) & near;
+        if inside.all_false() {
+            return None;
+        }
+        found.points |= inside;
+        Some((self.share(simd, &other.brick, places, count), inside))
     }
 
     /// The cells that contain the points.

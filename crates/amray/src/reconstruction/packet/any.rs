@@ -4,7 +4,7 @@ use super::{PacketPoints, PacketSampler, Samples};
 use crate::hierarchy::{FieldValues, Normalisation};
 use crate::index::Index;
 use crate::reconstruction::Method;
-use crate::simd::{Gather, Mask};
+use crate::simd::{Floats, Gather, Mask};
 
 /// A [`PacketSampler`] of either number type.
 pub(crate) enum AnySampler<'a> {
@@ -26,6 +26,23 @@ impl<'a> AnySampler<'a> {
         match self {
             Self::F32(sampler) => sampler.sample(simd, points, active),
             Self::F64(sampler) => sampler.sample(simd, points, active),
+        }
+    }
+
+    /// As [`PacketSampler::in_brick`].
+    #[inline(always)]
+    pub(crate) fn in_brick<S: Gather>(&self, simd: S, brick: usize, point: [Floats<S>; 3]) -> Floats<S> {
+        match self {
+            Self::F32(sampler) => sampler.in_brick(simd, brick, point),
+            Self::F64(sampler) => sampler.in_brick(simd, brick, point),
+        }
+    }
+
+    /// As [`PacketSampler::is_packed`].
+    pub(crate) fn is_packed(&self) -> bool {
+        match self {
+            Self::F32(sampler) => sampler.is_packed(),
+            Self::F64(sampler) => sampler.is_packed(),
         }
     }
 }
