@@ -162,12 +162,10 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         _ => arguments.appearance.transfer_function(&arguments.volume.data, &volume)?,
     };
     let camera = view.map_or_else(|| arguments.view.clone(), |view| arguments.view.or(&view.into()));
-    let scene = Scene {
-        transfer_function: function.scaled_opacity(arguments.opacity),
-        unit_distance: arguments.unit_distance.unwrap_or(volume.hierarchy().longest_side() / automatic::UNIT_DISTANCES),
-        camera: camera.camera(&volume, size)?,
-        volume: &volume,
-    };
+    let hundredth = volume.hierarchy().longest_side() / automatic::UNIT_DISTANCES;
+    let unit_distance = arguments.unit_distance.unwrap_or(hundredth);
+    let scene =
+        Scene::new(&volume, function.scaled_opacity(arguments.opacity), unit_distance, camera.camera(&volume, size)?);
     let options = RenderOptions {
         size,
         samples_per_cell: arguments.samples_per_cell,

@@ -53,13 +53,9 @@ fn bench(bencher: Bencher, volume: &Volume, layout: Layout, threads: usize) {
     let viewpoint = Viewpoint::framing(volume.hierarchy().bounds(), 30.0, 1.0);
     let opacity = [(0.0, 0.1), (1.0, 6.0)].map(|(value, opacity)| OpacityPoint { value, opacity });
     let opacity = Opacity::Extinction(opacity.into());
-    let scene = Scene {
-        volume,
-        transfer_function: TransferFunction::from_color_map(ColorMap::Viridis, [0.0, 1.0], Scale::Linear, opacity)
-            .expect("the points ascend"),
-        unit_distance: 0.01,
-        camera: Camera::new(viewpoint).expect("the volume is not flat"),
-    };
+    let function = TransferFunction::from_color_map(ColorMap::Viridis, [0.0, 1.0], Scale::Linear, opacity)
+        .expect("the points ascend");
+    let scene = Scene::new(volume, function, 0.01, Camera::new(viewpoint).expect("the volume is not flat"));
     let options = RenderOptions { engine: Engine::March(layout), ..RenderOptions::default() };
     let frame = || pool.install(|| render(&scene, &options, &|_| {}));
     // What is made once only, such as the padded copy, is made by the first frame.

@@ -44,12 +44,9 @@
 //! // A picture of a shell of it.
 //! let point = |value, opacity| OpacityPoint { value, opacity };
 //! let shell = Opacity::PerUnitDistance(vec![point(0.2, 0.0), point(0.25, 0.1), point(0.3, 0.0)]);
-//! let scene = Scene {
-//!     transfer_function: TransferFunction::from_color_map(ColorMap::Viridis, [0.0, 0.5], Scale::Linear, shell)?,
-//!     unit_distance: 0.01,
-//!     camera: Camera::new(Viewpoint::framing(volume.hierarchy().bounds(), 30.0, 1.0))?,
-//!     volume: &volume,
-//! };
+//! let function = TransferFunction::from_color_map(ColorMap::Viridis, [0.0, 0.5], Scale::Linear, shell)?;
+//! let camera = Camera::new(Viewpoint::framing(volume.hierarchy().bounds(), 30.0, 1.0))?;
+//! let scene = Scene::new(&volume, function, 0.01, camera);
 //! let options = RenderOptions { size: [64, 64], ..RenderOptions::default() };
 //! let (film, _) = render(&scene, &options, &|_| {});
 //! assert!(film.pixels()[32 * 64 + 32][3] > 0.3 && film.pixels()[0][3] == 0.0);

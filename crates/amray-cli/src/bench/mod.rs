@@ -133,12 +133,8 @@ impl Measured<'_> {
         let march = self.options;
         let query = RenderOptions { engine: Engine::Query, ..march };
         let every_cell = RenderOptions { adaptive: false, ..march };
-        let scene = Scene {
-            volume: self.volume,
-            transfer_function: self.look.transfer_function.clone(),
-            unit_distance: self.look.unit_distance,
-            camera: self.look.camera,
-        };
+        let function = self.look.transfer_function.clone();
+        let scene = Scene::new(self.volume, function, self.look.unit_distance, self.look.camera);
         let [march_psnr, query_psnr] = quality::psnr(&scene, [march, query]);
         let row = |pool: &Pool| {
             let [march, query, every_cell] = pool.alternate(&scene, [march, query, every_cell], repeat);

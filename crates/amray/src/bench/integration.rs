@@ -2,7 +2,7 @@
 
 use fearless_simd::prelude::*;
 
-use crate::appearance::{Light, Segments, TransferFunction, Window};
+use crate::appearance::{Radiance, Segments, TransferFunction, Window};
 use crate::simd::{Floats, Gather, InstructionSet, Kernel, LANES, Mask};
 
 /// Integrates light along sixteen rays at a time.
@@ -37,7 +37,7 @@ impl Kernel for &Integrator {
     #[inline(always)]
     fn run<S: Gather>(self, simd: S) -> f32 {
         let segments = &self.segments;
-        let mut light = Light::none(simd);
+        let mut light = Radiance::none(simd);
         let (all, window) = (Mask::splat(simd, true), Window::all(segments));
         let mut last = segments.place(simd, Floats::from_slice(simd, &self.values[0]), window);
         for values in &self.values {

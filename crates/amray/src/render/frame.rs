@@ -10,7 +10,7 @@ use super::traverse::Span;
 use super::visibility::{NodeLook, Visibility, steps};
 use super::{Engine, Layout, RenderOptions, RenderStatistics, Trace};
 use crate::Volume;
-use crate::appearance::{Light, Segments};
+use crate::appearance::{Radiance, Segments};
 use crate::layout::{InPlace, InPlacePlan, Padded, PaddedValues};
 use crate::reconstruction::AnySampler;
 use crate::scene::{PicturePlane, Scene};
@@ -151,7 +151,7 @@ impl<E: Trace> Kernel for TileKernel<'_, E> {
                 statistics.ray_length += f64::from(simd.reduce_sum_f32x16(lengths(simd, &span, &inside)));
                 let lights = engine.trace(simd, &packets, &span, &mut scratch, &mut statistics);
                 for packet in 0..PACKETS {
-                    let Light { color: [red, green, blue], transmittance } = lights[packet];
+                    let Radiance { color: [red, green, blue], transmittance } = lights[packet];
                     let alpha = Floats::splat(simd, 1.0) - transmittance;
                     let mut channels = [[0.0; LANES]; 4];
                     for (lanes, channel) in channels.iter_mut().zip([red, green, blue, alpha]) {

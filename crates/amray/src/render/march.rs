@@ -6,7 +6,7 @@ use super::packet::{Masks, PACKETS, Packet, Packets};
 use super::traverse::{Span, Stack, Visitor, traverse};
 use super::visibility::{NodeLook, SeenLook};
 use super::{Integration, RenderStatistics, Trace};
-use crate::appearance::{Glow, Light, Place, Segments, Slopes, Window};
+use crate::appearance::{Glow, Place, Radiance, Segments, Slopes, Window};
 use crate::layout::{PieceNode, RegionFrame, RegionValues};
 use crate::simd::{Doubles, Floats, Gather, Integers, Mask};
 
@@ -68,12 +68,12 @@ impl<V: RegionValues> Trace for March<'_, V> {
         span: &Span<S>,
         stack: &mut Stack<S>,
         statistics: &mut RenderStatistics,
-    ) -> [Light<S>; PACKETS] {
+    ) -> [Radiance<S>; PACKETS] {
         let mut marcher = Marcher::new(simd, self, packets, span, *statistics);
         traverse(simd, self.pieces, self.looks, packets, *span, stack, &mut marcher);
         *statistics = marcher.statistics;
         statistics.skipped_length += f64::from(simd.reduce_sum_f32x16(marcher.skipped));
-        let mut lights = [Light::none(simd); PACKETS];
+        let mut lights = [Radiance::none(simd); PACKETS];
         for number in 0..PACKETS {
             lights[number] = marcher.rays[number].light;
         }
@@ -84,7 +84,7 @@ impl<V: RegionValues> Trace for March<'_, V> {
 /// Packets under way.
 ///
 /// Samples lie on one lattice along each ray, shifted per pixel; a finer region's lattice holds the points of a coarser
-/// one's. Light is added for the interval between a sample and the one before, wherever that was. Where rays come out
+/// one's. Radiance is added for the interval between a sample and the one before, wherever that was. Where rays come out
 /// of what is invisible, or out of nowhere, their first sample is on the region's face, and where they go into it their
 /// last one is on the face of the region that they leave: values may jump there.
 struct Marcher<'a, S: Gather, V> {
@@ -146,7 +146,7 @@ impl<S: Gather> Course<S> {
 /// What changes with every sample.
 #[derive(Clone, Copy)]
 pub(super) struct Rays<S: Gather> {
-    pub(super) light: Light<S>,
+    pub(super) light: Radiance<S>,
     /// The last samples.
     pub(super) last: Place<S>,
 }
@@ -353,7 +353,7 @@ impl<S: Gather> Rays<S> {
     #[inline(always)]
     pub(super) fn new(simd: S) -> Self {
         let nowhere = Place { position: Floats::splat(simd, 0.0), segment: Integers::splat(simd, 0) };
-        Self { light: Light::none(simd), last: nowhere }
+        Self { light: Radiance::none(simd), last: nowhere }
     }
 
     /// Rays through which something behind can be seen.

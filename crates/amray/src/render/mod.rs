@@ -14,7 +14,7 @@ use std::sync::{Mutex, PoisonError};
 
 use rayon::prelude::*;
 
-use crate::appearance::Light;
+use crate::appearance::Radiance;
 use crate::scene::Scene;
 use crate::simd::Gather;
 
@@ -114,7 +114,7 @@ trait Trace: Sync {
         span: &Span<S>,
         scratch: &mut Self::Scratch<S>,
         statistics: &mut RenderStatistics,
-    ) -> [Light<S>; PACKETS];
+    ) -> [Radiance<S>; PACKETS];
 }
 
 /// Renders a scene.

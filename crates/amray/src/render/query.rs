@@ -7,7 +7,7 @@ use super::march::{How, Rays};
 use super::packet::{PACKETS, Packet, Packets};
 use super::traverse::Span;
 use super::{Integration, RenderStatistics, Trace};
-use crate::appearance::{Light, Segments, Window};
+use crate::appearance::{Radiance, Segments, Window};
 use crate::hierarchy::Voxel;
 use crate::reconstruction::{PacketPoints, PacketSampler};
 use crate::simd::{Doubles, Floats, Gather, Mask};
@@ -32,8 +32,8 @@ impl<T: Voxel> Trace for Query<'_, T> {
         span: &Span<S>,
         (): &mut (),
         statistics: &mut RenderStatistics,
-    ) -> [Light<S>; PACKETS] {
-        let mut lights = [Light::none(simd); PACKETS];
+    ) -> [Radiance<S>; PACKETS] {
+        let mut lights = [Radiance::none(simd); PACKETS];
         for packet in 0..PACKETS {
             let ends = [span.enter[packet], span.leave[packet]];
             lights[packet] = self.packet(simd, &packets[packet], ends, statistics);
@@ -51,7 +51,7 @@ impl<T: Voxel> Query<'_, T> {
         packet: &Packet<S>,
         [enter, leave]: [Floats<S>; 2],
         statistics: &mut RenderStatistics,
-    ) -> Light<S> {
+    ) -> Radiance<S> {
         let zero = Floats::splat(simd, 0.0);
         let mut active = enter.simd_lt(leave);
         let mut rays = Rays::new(simd);

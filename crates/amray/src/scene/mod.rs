@@ -1,6 +1,7 @@
 //! What a picture is made of: the volume, how it looks, and from where it is seen.
 
 mod camera;
+mod lighting;
 mod look;
 
 use crate::Volume;
@@ -8,6 +9,7 @@ use crate::appearance::TransferFunction;
 
 pub(crate) use camera::PicturePlane;
 pub use camera::{Camera, CameraError, CameraRay, Projection, Viewpoint};
+pub use lighting::{AmbientOcclusion, Light, Lighting, LightingError, Material, Shading};
 pub use look::{Look, LookError};
 
 /// Everything that decides what a picture shows.
@@ -21,4 +23,13 @@ pub struct Scene<'a> {
     pub unit_distance: f64,
     /// From where it is seen.
     pub camera: Camera,
+    /// What lights it.
+    pub lighting: Lighting,
+}
+
+impl<'a> Scene<'a> {
+    /// A volume that glows in its own colours.
+    pub fn new(volume: &'a Volume, transfer_function: TransferFunction, unit_distance: f64, camera: Camera) -> Self {
+        Self { volume, transfer_function, unit_distance, camera, lighting: Lighting::default() }
+    }
 }

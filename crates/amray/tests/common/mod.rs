@@ -48,7 +48,7 @@ pub(crate) fn picture(
     options: RenderOptions,
 ) -> Film {
     let camera = Camera::new(viewpoint).unwrap();
-    render(&Scene { volume, transfer_function: function, unit_distance: 0.01, camera }, &options, &|_| {}).0
+    render(&Scene::new(volume, function, 0.01, camera), &options, &|_| {}).0
 }
 
 /// The root of the mean square difference of all channels; not a number where one is none.

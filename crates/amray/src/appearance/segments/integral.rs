@@ -14,7 +14,7 @@ const FEW: u16 = 6;
 
 /// What sixteen rays have collected so far.
 #[derive(Clone, Copy)]
-pub(crate) struct Light<S: Gather> {
+pub(crate) struct Radiance<S: Gather> {
     pub(crate) color: [Floats<S>; 3],
     pub(crate) transmittance: Floats<S>,
 }
@@ -41,7 +41,7 @@ pub(crate) struct Slopes<S: Gather> {
     emission: [[Floats<S>; 3]; 3],
 }
 
-impl<S: Gather> Light<S> {
+impl<S: Gather> Radiance<S> {
     /// None, and everything to come is seen.
     #[inline(always)]
     pub(crate) fn none(simd: S) -> Self {

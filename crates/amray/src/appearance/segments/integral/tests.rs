@@ -258,7 +258,7 @@ fn tables_of_all_lengths_occur() {
     }
 }
 
-/// Light that is added over one interval: what of it is seen, and what gets through.
+/// Radiance that is added over one interval: what of it is seen, and what gets through.
 struct Added {
     extinction: [f32; LANES],
     length: [f32; LANES],
@@ -271,7 +271,7 @@ impl Kernel for Added {
     #[inline(always)]
     fn run<S: Gather>(self, simd: S) -> Self::Output {
         let extinction = Floats::from_slice(simd, &self.extinction);
-        let mut light = Light::none(simd);
+        let mut light = Radiance::none(simd);
         light.transmittance = Floats::splat(simd, self.before);
         let glow = Glow { extinction, emission: [extinction * Floats::splat(simd, 0.5); 3] };
         light.add(simd, &glow, Floats::from_slice(simd, &self.length), Mask::splat(simd, true));
