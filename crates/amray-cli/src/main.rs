@@ -5,6 +5,7 @@ mod bench;
 mod data;
 mod demo;
 mod info;
+mod lighting;
 mod memory;
 mod number;
 mod progress;

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use amray::appearance::{Picture, TransferFunction, automatic, color_bar};
 use amray::render::{Engine, Film, RenderOptions, RenderStatistics, render};
-use amray::scene::Scene;
+use amray::scene::{Scene, Shading};
 use amray_formats::FormatError;
 use amray_formats::output::check_writable;
 use amray_formats::picture::{PictureFormat, write_exr, write_npy, write_png};
@@ -15,6 +15,7 @@ use serde::Serialize;
 
 use crate::appearance::AppearanceArguments;
 use crate::data::{DataArguments, Opened, VolumeArguments};
+use crate::lighting::LightingArguments;
 use crate::progress::{with_progress, with_spinner};
 use crate::sampling::{LayoutName, SamplingArguments};
 use crate::view::ViewArguments;
@@ -41,6 +42,8 @@ pub(crate) struct Arguments {
     view: ViewArguments,
     #[command(flatten)]
     appearance: AppearanceArguments,
+    #[command(flatten)]
+    lighting: LightingArguments,
     /// Multiply all opacities
     #[arg(long, value_name = "A", default_value = "1", value_parser = number::positive)]
     opacity: f64,
@@ -92,6 +95,8 @@ pub(crate) struct Report {
     frame_median_seconds: f64,
     frames: usize,
     rays: u64,
+    /// To lights, and around points.
+    secondary_rays: u64,
     samples: u64,
     /// How many of them came from one brick alone.
     interior_samples: u64,
@@ -114,6 +119,7 @@ impl Arguments {
             size: None,
             view: ViewArguments::default(),
             appearance: AppearanceArguments::default(),
+            lighting: LightingArguments::default(),
             opacity: 1.0,
             unit_distance: None,
             samples_per_cell: 1.0,
@@ -162,10 +168,10 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         _ => arguments.appearance.transfer_function(&arguments.volume.data, &volume)?,
     };
     let camera = view.map_or_else(|| arguments.view.clone(), |view| arguments.view.or(&view.into()));
-    let hundredth = volume.hierarchy().longest_side() / automatic::UNIT_DISTANCES;
-    let unit_distance = arguments.unit_distance.unwrap_or(hundredth);
-    let scene =
-        Scene::new(&volume, function.scaled_opacity(arguments.opacity), unit_distance, camera.camera(&volume, size)?);
+    let longest = volume.hierarchy().longest_side();
+    let unit_distance = arguments.unit_distance.unwrap_or(longest / automatic::UNIT_DISTANCES);
+    let camera = camera.camera(&volume, size)?;
+    let lighting = arguments.lighting.lighting(&camera, longest)?;
     let options = RenderOptions {
         size,
         samples_per_cell: arguments.samples_per_cell,
@@ -175,6 +181,11 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         integration: arguments.sampling.preintegrate.into(),
         adaptive: !arguments.sampling.every_cell,
     };
+    if options.engine == Engine::Query && lighting.shading != Shading::Emissive {
+        anyhow::bail!("--engine query draws volumes that glow: drop --shading, --shadows, --ao and --light, or march");
+    }
+    let function = function.scaled_opacity(arguments.opacity);
+    let scene = Scene { lighting, ..Scene::new(&volume, function, unit_distance, camera) };
     let start = Instant::now();
     if let Engine::March(layout) = options.engine {
         with_spinner("preparing", || volume.prepare(layout));
@@ -207,6 +218,7 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         frame_median_seconds: sorted[sorted.len() / 2],
         frames: seconds.len(),
         rays: statistics.rays,
+        secondary_rays: statistics.secondary_rays,
         samples: statistics.samples,
         interior_samples: statistics.interior_samples,
         skipped_share: statistics.skipped_length / statistics.ray_length.max(f64::MIN_POSITIVE),

@@ -266,6 +266,29 @@ fn errors_are_one_line_that_helps() {
     assert!(fails(here, &["render", path, "--eye", "1,1,1", "--target", "1,1,1"]).contains("camera: eye and target"));
     std::fs::write(here.join("p.csv"), "1,2\n").unwrap();
     assert!(fails(here, &["sample", path, "--points", "p.csv"]).contains("line 1"));
+    let lit = fails(here, &["render", path, "--engine", "query", "--shadows"]);
+    assert!(lit.starts_with("amray: --engine query draws volumes that glow"), "{lit}");
+}
+
+#[test]
+fn lights_and_shadows_change_the_picture() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let path = demo().to_str().unwrap();
+    let picture = |flags: &[&str]| {
+        succeeds(here, &[&["render", path, "--size", "32x32", "-o", "p.png"], flags].concat());
+        std::fs::read(here.join("p.png")).unwrap()
+    };
+    let plain = picture(&[]);
+    let pictures = [
+        picture(&["--shading"]),
+        picture(&["--shadows"]),
+        picture(&["--shading", "--shadows", "--light", "point:0.5,0.5,0.5:1:0.2"]),
+        picture(&["--ao", "4", "--ao-distance", "0.1"]),
+    ];
+    for (place, picture) in pictures.iter().enumerate() {
+        assert!(*picture != plain && !pictures[..place].contains(picture), "{place}");
+    }
 }
 
 #[test]

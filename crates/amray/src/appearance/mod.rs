@@ -24,6 +24,6 @@ pub use picture::{Picture, Rectangle};
 pub use prepared::{PreparedTransferFunction, Sample};
 pub use preset::PresetError;
 pub use scale::{RangeError, Scale};
-pub(crate) use segments::{Glow, Place, Radiance, Segments, Slopes, Window};
+pub(crate) use segments::{Absorbed, Glow, Place, Radiance, Segments, Slopes, Window, attenuate};
 pub use text::TextSize;
 pub use transfer_function::{ColorPoint, Opacity, OpacityPoint, TransferFunction, TransferFunctionError};

@@ -77,6 +77,7 @@ fn pure(index: &Index, region: &Region, level: usize, method: Method) -> [[f64; 
 }
 
 /// A field whose values stay where they are.
+#[derive(Clone, Copy)]
 pub(crate) struct InPlace<'a> {
     pub(crate) plan: &'a InPlacePlan,
     pub(crate) sampler: &'a AnySampler<'a>,

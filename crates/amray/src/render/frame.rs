@@ -3,7 +3,8 @@
 use fearless_simd::prelude::*;
 use glam::DVec3;
 
-use super::march::{Footprint, March, lengths};
+use super::lit::{Density, Lamps, Lattices, LitMarch, Occlusion};
+use super::march::{Footprint, How, March, Single, Steep, lengths};
 use super::packet::{PACKETS, Packet, SIDE};
 use super::query::Query;
 use super::traverse::Span;
@@ -11,9 +12,10 @@ use super::visibility::{NodeLook, Visibility, steps};
 use super::{Engine, Layout, RenderOptions, RenderStatistics, Trace};
 use crate::Volume;
 use crate::appearance::{Radiance, Segments};
-use crate::layout::{InPlace, InPlacePlan, Padded, PaddedValues};
+use crate::hierarchy::Level;
+use crate::layout::{InPlace, InPlacePlan, Padded, PaddedValues, PieceNode, RegionValues};
 use crate::reconstruction::AnySampler;
-use crate::scene::{PicturePlane, Scene};
+use crate::scene::{Lighting, PicturePlane, Scene, Shading};
 use crate::simd::{Doubles, Floats, Gather, InstructionSet, Kernel, LANES, Mask, SHORT_TABLES};
 
 /// What a picture needs besides its rays.
@@ -23,6 +25,12 @@ pub(super) struct Frame<'a> {
     source: Source<'a>,
     /// Per level, the step over that on level 0; as long as a short table.
     steps: Vec<f32>,
+    lamps: Lamps,
+    /// Where light may not arrive: how much of it does.
+    lattices: Option<Lattices<'a>>,
+    lighting: &'a Lighting,
+    /// Per level, the domain's longest side over the cell size.
+    cells: Vec<[f32; 3]>,
     plane: PicturePlane,
     options: RenderOptions,
     instructions: InstructionSet,
@@ -55,7 +63,8 @@ impl<'a> Frame<'a> {
         let segments = Segments::new(&function, normalisation.low, normalisation.scale.recip());
         let looks = |pieces| {
             let adaptive = options.adaptive;
-            Visibility::new(volume, (pieces, normalisation), &function, &segments, adaptive).looks()
+            let is_lit = scene.lighting.may_be_missing();
+            Visibility::new(volume, (pieces, normalisation), &function, &segments, adaptive, is_lit).looks()
         };
         let source = match options.engine {
             Engine::March(Layout::Padded) => {
@@ -71,11 +80,26 @@ impl<'a> Frame<'a> {
         let mut steps: Vec<f32> = steps(volume.index()).into_iter().map(|step| step as f32).collect();
         let coarsest = steps[0];
         steps.resize(steps.len().next_multiple_of(SHORT_TABLES[0]), coarsest);
+        let hierarchy = volume.hierarchy();
+        let pieces = match &source {
+            Source::Padded { padded, .. } => Some(&*padded.pieces),
+            Source::InPlace { plan, .. } => Some(&*plan.pieces),
+            Source::Query(_) => None,
+        };
+        let lattices = pieces.filter(|_| scene.lighting.may_be_missing()).map(|pieces| {
+            let density = Density { pieces, normalisation, function };
+            Lattices::new(volume.index(), vec![density], &scene.lighting, options.samples_per_cell)
+        });
+        let cells = |level: &Level| level.cell_size().map(|size| (hierarchy.longest_side() / size) as f32);
         Self {
             volume,
             segments,
             source,
             steps,
+            lamps: Lamps::new(&scene.lighting, hierarchy),
+            lattices,
+            lighting: &scene.lighting,
+            cells: hierarchy.levels().iter().map(cells).collect(),
             plane: scene.camera.picture_plane(options.size),
             options: *options,
             instructions: InstructionSet::best(),
@@ -86,26 +110,47 @@ impl<'a> Frame<'a> {
 
     /// The tile's pixels, row by row.
     pub(super) fn tile(&self, tile: Tile) -> (Vec<[f32; 4]>, RenderStatistics) {
-        let segments = &self.segments;
-        let RenderOptions { integration, adaptive, samples_per_cell, .. } = self.options;
-        let footprint = if adaptive { self.plane.footprint(samples_per_cell) } else { Footprint::default() };
         match &self.source {
             Source::Padded { padded: Padded { field, plan, pieces }, looks, sampler } => {
                 let values = PaddedValues { field, plan, sampler };
-                self.run(tile, &March { values, segments, pieces, looks, integration, footprint })
+                self.march(tile, values, (pieces, looks))
             }
             Source::InPlace { plan, looks, sampler } => {
-                let (values, pieces) = (InPlace { plan, sampler }, &plan.pieces);
-                self.run(tile, &March { values, segments, pieces, looks, integration, footprint })
+                let values = InPlace { plan, sampler };
+                self.march(tile, values, (&plan.pieces, looks))
             }
             Source::Query(sampler) => {
-                let steps = &self.steps;
+                let Self { segments, steps, options: RenderOptions { integration, .. }, .. } = self;
+                let integration = *integration;
                 match sampler {
                     AnySampler::F32(sampler) => self.run(tile, &Query { sampler, segments, integration, steps }),
                     AnySampler::F64(sampler) => self.run(tile, &Query { sampler, segments, integration, steps }),
                 }
             }
         }
+    }
+
+    fn march<V: RegionValues + Copy>(
+        &self,
+        tile: Tile,
+        values: V,
+        (pieces, looks): (&[PieceNode], &[NodeLook]),
+    ) -> (Vec<[f32; 4]>, RenderStatistics) {
+        let RenderOptions { integration, adaptive, samples_per_cell, .. } = self.options;
+        let footprint = if adaptive { self.plane.footprint(samples_per_cell) } else { Footprint::NONE };
+        let how = How { segments: &self.segments, integration, is_finite: values.is_finite() };
+        let single = Single { values, how };
+        if self.lighting.shading == Shading::Emissive {
+            return self.run(tile, &March { medium: single, pieces, looks, footprint });
+        }
+        let cells = matches!(self.lighting.shading, Shading::Gradient(_)).then_some(&*self.cells);
+        let shadows = self.lattices.as_ref().map(|lattices| {
+            let occluders = March { medium: single, pieces, looks, footprint: Footprint::OCCLUDERS };
+            let index = self.volume.index();
+            (lattices, Occlusion::new(occluders, index, &self.lamps, self.lighting, samples_per_cell))
+        });
+        let march = March { medium: Steep { single, cells }, pieces, looks, footprint };
+        self.run(tile, &LitMarch { march, lamps: &self.lamps, shadows })
     }
 
     fn run<E: Trace>(&self, tile: Tile, engine: &E) -> (Vec<[f32; 4]>, RenderStatistics) {
@@ -149,7 +194,8 @@ impl<E: Trace> Kernel for TileKernel<'_, E> {
                     inside[packet] = span.enter[packet].simd_lt(span.leave[packet]);
                 }
                 statistics.ray_length += f64::from(simd.reduce_sum_f32x16(lengths(simd, &span, &inside)));
-                let lights = engine.trace(simd, &packets, &span, &mut scratch, &mut statistics);
+                let mut lights = [Radiance::none(simd); PACKETS];
+                engine.trace(simd, &packets, &span, &mut lights, &mut scratch, &mut statistics);
                 for packet in 0..PACKETS {
                     let Radiance { color: [red, green, blue], transmittance } = lights[packet];
                     let alpha = Floats::splat(simd, 1.0) - transmittance;
@@ -177,7 +223,7 @@ impl PicturePlane {
     /// How wide pixels are, over the samples per cell.
     fn footprint(&self, samples_per_cell: f64) -> Footprint {
         let width = |vectors: [DVec3; 3]| (vectors[1].length() / samples_per_cell) as f32;
-        Footprint { near: width(self.start), growth: width(self.direction) }
+        Footprint { near: width(self.start), growth: width(self.direction), least: 1.0 }
     }
 }
 

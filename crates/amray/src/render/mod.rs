@@ -2,6 +2,7 @@
 
 mod film;
 mod frame;
+mod lit;
 mod march;
 mod packet;
 mod query;
@@ -55,7 +56,8 @@ pub struct RenderOptions {
 pub enum Engine {
     /// Front to back through the regions of the index, in each of them with no search.
     March(Layout),
-    /// The paper's design: the tree is asked anew for every sample. Slower, and what marching is measured against.
+    /// The paper's design: the tree is asked anew for every sample. Slower, and what marching is measured against. Volumes
+    /// glow, whatever light there is.
     Query,
 }
 
@@ -89,6 +91,8 @@ impl Default for RenderOptions {
 pub struct RenderStatistics {
     /// Rays that were followed.
     pub rays: u64,
+    /// Rays to lights, and around points.
+    pub secondary_rays: u64,
     /// Values that were reconstructed.
     pub samples: u64,
     /// How many of them came from one brick alone.
@@ -106,15 +110,16 @@ trait Trace: Sync {
     /// Memory that packets use one after the other.
     type Scratch<S: Gather>: Default;
 
-    /// What the packets' rays collect between the ends of `span`.
+    /// Adds to `lights` what the packets' rays collect between the ends of `span`.
     fn trace<S: Gather>(
         &self,
         simd: S,
         packets: &Packets<S>,
         span: &Span<S>,
+        lights: &mut [Radiance<S>; PACKETS],
         scratch: &mut Self::Scratch<S>,
         statistics: &mut RenderStatistics,
-    ) -> [Radiance<S>; PACKETS];
+    );
 }
 
 /// Renders a scene.
@@ -145,6 +150,7 @@ pub fn render(scene: &Scene, options: &RenderOptions, progress: &(dyn Fn(f64) + 
         })
         .reduce(RenderStatistics::default, |a, b| RenderStatistics {
             rays: a.rays + b.rays,
+            secondary_rays: a.secondary_rays + b.secondary_rays,
             samples: a.samples + b.samples,
             interior_samples: a.interior_samples + b.interior_samples,
             region_visits: a.region_visits + b.region_visits,

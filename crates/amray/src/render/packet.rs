@@ -42,6 +42,25 @@ pub(super) struct Packet<S: Gather> {
     order: Order,
 }
 
+/// Sixteen rays of any kind.
+#[derive(Clone, Copy)]
+pub(super) struct Bundle<S: Gather> {
+    /// Where they start, in cells of the finest level.
+    pub(super) start: [Doubles<S>; 3],
+    /// Where they go in world space, not of length 1 but near it: single precision can hold the squares.
+    pub(super) parts: [Doubles<S>; 3],
+    /// Whether all of them go into one octant of directions; otherwise all start at one point.
+    pub(super) is_parallel: bool,
+}
+
+impl<S: Gather> Bundle<S> {
+    #[inline(always)]
+    pub(super) fn nothing(simd: S) -> Self {
+        let zero = Doubles::splat(simd, 0.0);
+        Self { start: [zero; 3], parts: [zero; 3], is_parallel: true }
+    }
+}
+
 /// How a packet knows which side of a plane its rays meet first.
 #[derive(Clone, Copy)]
 enum Order {
@@ -62,23 +81,40 @@ impl<S: Gather> Packet<S> {
         shift: Doubles<S>,
         samples_per_cell: f64,
     ) -> Self {
-        // A ray along a plane crosses it very far away, not never: no division by zero.
-        const LEAST: f64 = 1e-12;
         let hierarchy = index.hierarchy();
         let levels = hierarchy.levels();
         let (origin, finest) = (hierarchy.origin(), levels[levels.len() - 1].cell_size());
-        let coarsest = levels[0].cell_size();
         let zero = Doubles::splat(simd, 0.0);
-        let part = &plane.direction;
-        let parts =
-            [at_pixels(simd, part, [x, y], 0), at_pixels(simd, part, [x, y], 1), at_pixels(simd, part, [x, y], 2)];
-        let squares = parts[0] * parts[0] + parts[1] * parts[1] + parts[2] * parts[2];
-        let normal = squares.inverse_sqrt(simd);
-        let (mut start, mut direction, mut inverse) = ([zero; 3], [zero; 3], [Floats::splat(simd, 0.0); 3]);
-        let mut cells = Floats::splat(simd, 0.0);
+        let (mut start, mut parts) = ([zero; 3], [zero; 3]);
         for axis in 0..3 {
+            parts[axis] = at_pixels(simd, &plane.direction, [x, y], axis);
             start[axis] = (at_pixels(simd, &plane.start, [x, y], axis) - Doubles::splat(simd, origin[axis]))
                 * Doubles::splat(simd, finest[axis].recip());
+        }
+        let is_parallel = plane.start[1] != DVec3::ZERO;
+        let rays = Bundle { start, parts, is_parallel };
+        Self::along(simd, index, rays, shift, samples_per_cell)
+    }
+
+    /// A bundle of rays, whose lattices are shifted by `shift` of a coarse step.
+    #[inline(always)]
+    pub(super) fn along(
+        simd: S,
+        index: &Index,
+        Bundle { mut start, parts, is_parallel }: Bundle<S>,
+        shift: Doubles<S>,
+        samples_per_cell: f64,
+    ) -> Self {
+        // A ray along a plane crosses it very far away, not never: no division by zero.
+        const LEAST: f64 = 1e-12;
+        let levels = index.hierarchy().levels();
+        let (coarsest, finest) = (levels[0].cell_size(), levels[levels.len() - 1].cell_size());
+        let zero = Doubles::splat(simd, 0.0);
+        let squares = parts[0] * parts[0] + parts[1] * parts[1] + parts[2] * parts[2];
+        let normal = squares.inverse_sqrt(simd);
+        let (mut direction, mut inverse) = ([zero; 3], [Floats::splat(simd, 0.0); 3]);
+        let mut cells = Floats::splat(simd, 0.0);
+        for axis in 0..3 {
             let part = parts[axis] * normal;
             let small = part.to_floats().abs().simd_lt(Floats::splat(simd, LEAST as f32));
             let part = Doubles::select(simd, small, Doubles::splat(simd, LEAST), part);
@@ -92,8 +128,7 @@ impl<S: Gather> Packet<S> {
         let step = Doubles::from_floats(Floats::splat(simd, 1.0) / cells);
         let coarse_rate = Doubles::from_floats(cells) * Doubles::splat(simd, samples_per_cell / coarsest[0]);
         let coarse_step = step * Doubles::splat(simd, coarsest[0] / samples_per_cell);
-        let parallel = plane.start[1] != DVec3::ZERO;
-        let order = if parallel {
+        let order = if is_parallel {
             let [x, y, z] = direction;
             Order::LowFirst([x.first() > 0.0, y.first() > 0.0, z.first() > 0.0])
         } else {
@@ -129,6 +164,33 @@ impl<S: Gather> Packet<S> {
             lag,
             order,
         }
+    }
+
+    /// Where the rays are at `at`, in cells of the finest level.
+    #[inline(always)]
+    pub(super) fn at(&self, at: Floats<S>) -> [Doubles<S>; 3] {
+        let mut place = self.start;
+        for axis in 0..3 {
+            place[axis] = Doubles::from_floats(at).mul_add(self.direction[axis], self.start[axis]);
+        }
+        place
+    }
+
+    /// Whether all rays come from one point.
+    #[inline(always)]
+    pub(super) fn comes_from_eye(&self) -> bool {
+        matches!(self.order, Order::Eye(_))
+    }
+
+    /// Where on the rays places are that lie on them, given the size of a cell of the finest level.
+    #[inline(always)]
+    pub(super) fn distance_to(&self, simd: S, place: &[Doubles<S>; 3], size: [f64; 3]) -> Floats<S> {
+        let mut distance = Doubles::splat(simd, 0.0);
+        for axis in 0..3 {
+            let square = Doubles::splat(simd, size[axis] * size[axis]);
+            distance = (place[axis] - self.start[axis]).mul_add(self.direction[axis] * square, distance);
+        }
+        distance.to_floats()
     }
 
     /// Where the rays cross the plane at `place` (in cells of the finest level) across `axis`.

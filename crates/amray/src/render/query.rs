@@ -3,11 +3,11 @@
 
 use fearless_simd::prelude::*;
 
-use super::march::{How, Rays};
+use super::march::{How, clear};
 use super::packet::{PACKETS, Packet, Packets};
 use super::traverse::Span;
 use super::{Integration, RenderStatistics, Trace};
-use crate::appearance::{Radiance, Segments, Window};
+use crate::appearance::{Place, Radiance, Segments, Window};
 use crate::hierarchy::Voxel;
 use crate::reconstruction::{PacketPoints, PacketSampler};
 use crate::simd::{Doubles, Floats, Gather, Mask};
@@ -30,15 +30,14 @@ impl<T: Voxel> Trace for Query<'_, T> {
         simd: S,
         packets: &Packets<S>,
         span: &Span<S>,
+        lights: &mut [Radiance<S>; PACKETS],
         (): &mut (),
         statistics: &mut RenderStatistics,
-    ) -> [Radiance<S>; PACKETS] {
-        let mut lights = [Radiance::none(simd); PACKETS];
+    ) {
         for packet in 0..PACKETS {
             let ends = [span.enter[packet], span.leave[packet]];
-            lights[packet] = self.packet(simd, &packets[packet], ends, statistics);
+            self.packet(simd, &packets[packet], ends, &mut lights[packet], statistics);
         }
-        lights
     }
 }
 
@@ -50,11 +49,12 @@ impl<T: Voxel> Query<'_, T> {
         simd: S,
         packet: &Packet<S>,
         [enter, leave]: [Floats<S>; 2],
+        light: &mut Radiance<S>,
         statistics: &mut RenderStatistics,
-    ) -> Radiance<S> {
+    ) {
         let zero = Floats::splat(simd, 0.0);
         let mut active = enter.simd_lt(leave);
-        let mut rays = Rays::new(simd);
+        let mut last = Place::nowhere(simd);
         let (mut at, end) = (Doubles::from_floats(enter), Doubles::from_floats(leave));
         let mut length = zero;
         let mut begun = Mask::splat(simd, false);
@@ -69,8 +69,10 @@ impl<T: Voxel> Query<'_, T> {
             statistics.samples += u64::from(active.to_bitmask().count_ones());
             let place = self.segments.place(simd, samples.values, window);
             let seen = active & begun;
-            rays.add(simd, how, place, length, seen);
-            rays.last = place;
+            let slopes = self.segments.slopes(simd, place.segment);
+            let interval = how.between(simd, &slopes, [&last, &place], length, seen);
+            light.add(simd, &interval.glow, interval.length, interval.rays);
+            last = place;
             begun = active;
             // The next point of the lattice whose step fits the leaf cell; the ray's end is the last sample.
             let finest = simd.look_up(self.steps, samples.levels);
@@ -80,11 +82,10 @@ impl<T: Voxel> Query<'_, T> {
             let ahead = place.floor();
             let next = ahead.mul_add(step, packet.offset);
             active &= !at.to_floats().simd_ge(leave);
-            active &= rays.clear(simd);
+            active &= clear(simd, light.transmittance);
             let next = next.min(end);
             length = (next - at).to_floats();
             at = next;
         }
-        rays.light
     }
 }

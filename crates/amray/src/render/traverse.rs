@@ -25,8 +25,8 @@ pub(super) trait Visitor<S: Gather> {
     /// Rays pass a node in which nothing is seen.
     fn skip(&mut self, span: &Span<S>, rays: &Masks<S>);
 
-    /// The packets go through a part of a region, which is seen or not.
-    fn visit(&mut self, region: usize, look: Option<&SeenLook>, span: &Span<S>, rays: &Masks<S>);
+    /// The packets go through a node that lies in a region, which is seen or not.
+    fn visit(&mut self, node_and_region: (usize, usize), look: Option<&SeenLook>, span: &Span<S>, rays: &Masks<S>);
 }
 
 /// Nodes that wait for the packets to come back to them.
@@ -68,11 +68,11 @@ pub(super) fn traverse<S: Gather>(
             }
             match (look, node.region, node.cut) {
                 (NodeLook::Seen(look), Some(region), _) => {
-                    visitor.visit(region as usize, Some(look), &span, &rays);
+                    visitor.visit((place, region as usize), Some(look), &span, &rays);
                     break;
                 }
                 (NodeLook::Hidden, Some(region), _) | (_, Some(region), None) => {
-                    visitor.visit(region as usize, None, &span, &rays);
+                    visitor.visit((place, region as usize), None, &span, &rays);
                     break;
                 }
                 (_, _, Some(cut)) => {

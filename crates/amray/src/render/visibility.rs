@@ -39,6 +39,8 @@ pub(super) struct Visibility<'a> {
     steps: Vec<f64>,
     cell_sizes: Vec<f64>,
     adaptive: bool,
+    /// Whether dense parts are marched through piece by piece: see [`DENSE`].
+    is_lit: bool,
     /// Whether values jump from cell to cell: how they bend tells nothing then.
     has_steps: bool,
 }
@@ -48,6 +50,9 @@ pub(super) struct Visibility<'a> {
 const TOLERANCE: f64 = 4e-2;
 /// What it costs to stop and go on between two pieces, in samples.
 const STOP: f32 = 8.0;
+/// Where a cell has more optical depth, only the front of what is seen is worth finding out how it is lit; elsewhere a
+/// step has no more.
+const DENSE: f64 = 0.25;
 /// The longest step, in cells.
 const LONGEST_STEP: f64 = 8.0;
 
@@ -58,6 +63,7 @@ impl<'a> Visibility<'a> {
         function: &'a PreparedTransferFunction,
         segments: &'a Segments,
         adaptive: bool,
+        is_lit: bool,
     ) -> Self {
         let levels = volume.hierarchy().levels();
         let cell_sizes = levels.iter().map(|level| level.cell_size().into_iter().fold(0.0, f64::max)).collect();
@@ -71,6 +77,7 @@ impl<'a> Visibility<'a> {
             steps: steps(volume.index()),
             cell_sizes,
             adaptive,
+            is_lit,
             has_steps: matches!(volume.method(), Method::Nearest | Method::Finest),
         }
     }
@@ -100,10 +107,20 @@ impl<'a> Visibility<'a> {
     /// them.
     fn joined(&self, node: &PieceNode, children: [(SeenLook, &PieceNode); 2]) -> Option<SeenLook> {
         let step = children[0].0.step.min(children[1].0.step);
-        let whole = self.steps[self.levels[node.region? as usize]?] as f32;
+        let level = self.levels[node.region? as usize]?;
+        if self.is_lit && self.depth_of_cell(node, level) > DENSE {
+            return None;
+        }
+        let whole = self.steps[level] as f32;
         let more: f32 =
             children.iter().map(|(look, child)| child.width * whole * (step.recip() - look.step.recip())).sum();
         (more <= STOP).then(|| SeenLook { window: self.window(node), step })
+    }
+
+    /// The largest optical depth of a cell.
+    fn depth_of_cell(&self, node: &PieceNode, level: usize) -> f64 {
+        let [low, high] = node.range.map(|unit| self.normalisation.undo(unit));
+        self.function.max_extinction(low, high) * self.cell_sizes[level]
     }
 
     fn window(&self, node: &PieceNode) -> Window {
@@ -128,7 +145,12 @@ impl<'a> Visibility<'a> {
         // Over a step of n cells, values differ from a line by up to n^2 / 8 of how far they bend in one.
         let bend = f64::from(piece.roughness) / 8.0;
         let error = bend * self.segments.steepness(window) * f64::from(piece.width) * self.cell_sizes[level];
-        let cells = (TOLERANCE / error).sqrt().clamp(1.0, LONGEST_STEP).log2().floor().exp2();
+        let mut cells = (TOLERANCE / error).sqrt();
+        if self.is_lit {
+            // Light falls off along a step, too.
+            cells = cells.min(DENSE / self.depth_of_cell(piece, level));
+        }
+        let cells = cells.clamp(1.0, LONGEST_STEP).log2().floor().exp2();
         NodeLook::Seen(SeenLook { window, step: (self.steps[level] * cells) as f32 })
     }
 }

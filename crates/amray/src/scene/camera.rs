@@ -167,6 +167,11 @@ impl Camera {
         &self.viewpoint
     }
 
+    /// A direction in world space, given as parts to the right, up and forward in the picture.
+    pub fn direction(&self, [right, up, forward]: [f64; 3]) -> [f64; 3] {
+        (self.right * right + self.up * up + self.forward * forward).to_array()
+    }
+
     /// The ray through a point of a picture of `size` pixels (width, height): (0, 0) is the top left corner, pixel
     /// (i, j) has its centre at (i + 1/2, j + 1/2).
     pub fn ray(&self, size: [usize; 2], pixel: [f64; 2]) -> CameraRay {

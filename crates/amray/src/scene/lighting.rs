@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use super::Camera;
+
 /// A source of light. Colours are linear factors on what is lit, 1 for as bright as its own colour; they may exceed 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Light {
@@ -82,6 +84,9 @@ pub struct Lighting {
     pub ambient_occlusion: Option<AmbientOcclusion>,
 }
 
+/// How many directional and point lights can cast shadows in one picture.
+pub const SHADOW_LIGHTS: usize = 4;
+
 /// A light, a material or occlusion that cannot be.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("{what} is {found}, expected {expected}")]
@@ -130,10 +135,28 @@ impl Light {
 }
 
 impl Lighting {
+    /// Lights for pictures with shadows: ambient light, and more from the upper left behind the camera.
+    pub fn from_upper_left(camera: &Camera) -> Vec<Light> {
+        vec![
+            Light::Ambient { color: [0.3; 3] },
+            Light::Directional { direction: camera.direction([0.6, -0.7, 1.0]), color: [0.8; 3] },
+        ]
+    }
+
+    /// Whether light can be kept from arriving, by shadows or occlusion.
+    pub(crate) fn may_be_missing(&self) -> bool {
+        let shadows = self.shadows && self.lights.iter().any(Light::casts_shadows);
+        self.shading != Shading::Emissive && (shadows || self.ambient_occlusion.is_some())
+    }
+
     /// # Errors
     /// [`LightingError`] names the first number that cannot be.
     pub fn check(&self) -> Result<(), LightingError> {
         let wrong = |what: String, found: String, expected| Err(LightingError { what, found, expected });
+        let casting = self.lights.iter().filter(|light| light.casts_shadows()).count();
+        if self.shadows && casting > SHADOW_LIGHTS {
+            return wrong("the number of lights that cast shadows".into(), casting.to_string(), "at most 4");
+        }
         for (number, light) in self.lights.iter().enumerate() {
             let name = |part: &str| format!("light {number}: {part}");
             if light.color().iter().any(|channel| !(*channel >= 0.0 && channel.is_finite())) {

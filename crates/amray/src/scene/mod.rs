@@ -9,7 +9,7 @@ use crate::appearance::TransferFunction;
 
 pub(crate) use camera::PicturePlane;
 pub use camera::{Camera, CameraError, CameraRay, Projection, Viewpoint};
-pub use lighting::{AmbientOcclusion, Light, Lighting, LightingError, Material, Shading};
+pub use lighting::{AmbientOcclusion, Light, Lighting, LightingError, Material, SHADOW_LIGHTS, Shading};
 pub use look::{Look, LookError};
 
 /// Everything that decides what a picture shows.

@@ -46,6 +46,16 @@ pub trait Gather: Simd {
         // SAFETY: the index lies in the table.
         unsafe { self.gather(table.as_ptr(), index) }
     }
+
+    /// The entries of a table of two or more and those right behind them; indices must lie in it, but any are safe.
+    #[inline(always)]
+    fn look_up_pairs(self, table: &[f32], index: i32x16<Self>) -> [f32x16<Self>; 2] {
+        assert!(table.len() >= 2, "a table of {}", table.len());
+        let natural: u32x16<Self> = index.bitcast();
+        let index = natural.min(u32x16::splat(self, table.len() as u32 - 2)).bitcast();
+        // SAFETY: the index and the one behind it lie in the table.
+        unsafe { self.gather_pairs(table.as_ptr(), index) }
+    }
 }
 
 /// The lengths of tables that can be kept in registers.

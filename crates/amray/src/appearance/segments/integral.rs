@@ -29,8 +29,8 @@ pub(crate) struct Place<S: Gather> {
 /// Extinction and emission (extinction times red, green and blue), or their integrals over positions.
 #[derive(Clone, Copy)]
 pub(crate) struct Glow<S: Gather> {
-    extinction: Floats<S>,
-    emission: [Floats<S>; 3],
+    pub(crate) extinction: Floats<S>,
+    pub(crate) emission: [Floats<S>; 3],
 }
 
 /// How extinction and emission run on segments: polynomials of the distance from where each starts.
@@ -51,30 +51,55 @@ impl<S: Gather> Radiance<S> {
     /// Adds what `active` rays meet over a length.
     #[inline(always)]
     pub(crate) fn add(&mut self, simd: S, glow: &Glow<S>, length: Floats<S>, active: Mask<S>) {
-        let zero = Floats::splat(simd, 0.0);
-        // Rounding may leave a little less than nothing.
-        let depth = (glow.extinction * length).max(zero);
-        if (active & depth.simd_gt(zero)).all_false() {
+        let Some(Absorbed { share, .. }) = attenuate(simd, &mut self.transmittance, glow.extinction, length, active)
+        else {
             return;
-        }
-        // Alpha over depth. No lookahead of many steps fits into a processor: what counts is how soon a step is done.
-        let (ratio, alpha) = if (active & depth.simd_gt(Floats::splat(simd, THIN))).all_false() {
-            let ratio = thin(simd, depth);
-            (ratio, ratio * depth)
-        } else {
-            let is_thick = depth.simd_gt(Floats::splat(simd, THIN));
-            let ratio = thin(simd, depth);
-            let alpha = Floats::splat(simd, 1.0) - exp2(simd, depth * Floats::splat(simd, -std::f32::consts::LOG2_E));
-            (is_thick.select(alpha / depth, ratio), is_thick.select(alpha, ratio * depth))
         };
-        let share = self.transmittance * ratio * length;
         for channel in 0..3 {
             // What other rays would add may be no number.
             let sum = share.mul_add(glow.emission[channel], self.color[channel]);
             self.color[channel] = active.select(sum, self.color[channel]);
         }
-        self.transmittance = active.select(self.transmittance - self.transmittance * alpha, self.transmittance);
     }
+}
+
+/// What rays have absorbed over a length.
+pub(crate) struct Absorbed<S: Gather> {
+    /// By what emission is multiplied.
+    pub(crate) share: Floats<S>,
+    /// By how much the transmittance has fallen, and by what share of it.
+    pub(crate) opacity: Floats<S>,
+    pub(crate) alpha: Floats<S>,
+}
+
+/// Lessens the transmittance of `active` rays by what they absorb over a length; `None` where that is nothing.
+#[inline(always)]
+pub(crate) fn attenuate<S: Gather>(
+    simd: S,
+    transmittance: &mut Floats<S>,
+    extinction: Floats<S>,
+    length: Floats<S>,
+    active: Mask<S>,
+) -> Option<Absorbed<S>> {
+    let zero = Floats::splat(simd, 0.0);
+    // Rounding may leave a little less than nothing.
+    let depth = (extinction * length).max(zero);
+    if (active & depth.simd_gt(zero)).all_false() {
+        return None;
+    }
+    // Alpha over depth. No lookahead of many steps fits into a processor: what counts is how soon a step is done.
+    let (ratio, alpha) = if (active & depth.simd_gt(Floats::splat(simd, THIN))).all_false() {
+        let ratio = thin(simd, depth);
+        (ratio, ratio * depth)
+    } else {
+        let is_thick = depth.simd_gt(Floats::splat(simd, THIN));
+        let ratio = thin(simd, depth);
+        let alpha = Floats::splat(simd, 1.0) - exp2(simd, depth * Floats::splat(simd, -std::f32::consts::LOG2_E));
+        (is_thick.select(alpha / depth, ratio), is_thick.select(alpha, ratio * depth))
+    };
+    let (share, opacity) = (*transmittance * ratio * length, *transmittance * alpha);
+    *transmittance = active.select(*transmittance - opacity, *transmittance);
+    Some(Absorbed { share, opacity, alpha })
 }
 
 /// Optical depths up to which `thin` is used.
@@ -90,6 +115,12 @@ fn thin<S: Gather>(simd: S, depth: Floats<S>) -> Floats<S> {
 }
 
 impl<S: Gather> Place<S> {
+    /// A place that stands for none.
+    #[inline(always)]
+    pub(crate) fn nowhere(simd: S) -> Self {
+        Self { position: Floats::splat(simd, 0.0), segment: Integers::splat(simd, 0) }
+    }
+
     /// `yes` where the mask is set, else `no`.
     #[inline(always)]
     pub(crate) fn select(mask: Mask<S>, yes: Self, no: Self) -> Self {
@@ -153,6 +184,18 @@ impl Segments {
             }
         };
         Place { position, segment: self.search(simd, position, window) }
+    }
+
+    /// By how much positions change per unit of the field's range at values.
+    #[inline(always)]
+    pub(crate) fn position_slope<S: Gather>(&self, simd: S, value: Floats<S>) -> Floats<S> {
+        match self.axis {
+            PositionAxis::Linear => Floats::splat(simd, 1.0),
+            PositionAxis::Log { shift, factor, .. } => {
+                let shifted = (value + Floats::splat(simd, shift)).max(Floats::splat(simd, f32::MIN_POSITIVE));
+                Floats::splat(simd, factor * std::f32::consts::LOG2_E) / shifted
+            }
+        }
     }
 
     /// The segments of a window that positions lie in.

@@ -8,7 +8,7 @@ use super::{PreparedTransferFunction, Scale};
 use knots::Knot;
 use tables::{KINDS, START, Tables};
 
-pub(crate) use integral::{Glow, Place, Radiance, Slopes};
+pub(crate) use integral::{Absorbed, Glow, Place, Radiance, Slopes, attenuate};
 
 /// Extinction and colour, linear in the position on each of a number of segments.
 ///

@@ -1,0 +1,117 @@
+//! Samples of one field that know where its values rise.
+
+use fearless_simd::prelude::*;
+
+use super::super::visibility::SeenLook;
+use super::medium::{Interval, Medium, Points, Single, SingleHere};
+use crate::appearance::Place;
+use crate::layout::{RegionFrame, RegionValues};
+use crate::simd::{Floats, Gather, Mask};
+
+/// A medium whose samples may have gradients.
+pub(in super::super) trait Sloped: Medium {
+    /// The gradient between two samples: of the position in the transfer function, per longest side of the domain; none
+    /// where gradients are not wanted.
+    fn gradient<S: Gather>(ends: [&Self::Sample<S>; 2]) -> [Floats<S>; 3];
+}
+
+/// One field under one transfer function, with gradients.
+pub(in super::super) struct Steep<'a, V> {
+    pub(in super::super) single: Single<'a, V>,
+    /// Per level, the domain's longest side over the cell size; `None` where gradients are not wanted.
+    pub(in super::super) cells: Option<&'a [[f32; 3]]>,
+}
+
+/// A place with the gradient there.
+#[derive(Clone, Copy)]
+pub(in super::super) struct SteepPlace<S: Gather> {
+    place: Place<S>,
+    gradient: [Floats<S>; 3],
+}
+
+impl<V: RegionValues> Sloped for Steep<'_, V> {
+    #[inline(always)]
+    fn gradient<S: Gather>([from, to]: [&SteepPlace<S>; 2]) -> [Floats<S>; 3] {
+        let mut sum = from.gradient;
+        for axis in 0..3 {
+            sum[axis] = (sum[axis] + to.gradient[axis]) * 0.5;
+        }
+        sum
+    }
+}
+
+impl<V: RegionValues> Medium for Steep<'_, V> {
+    type Sample<S: Gather> = SteepPlace<S>;
+    type Here<S: Gather> = SingleHere<S>;
+
+    #[inline(always)]
+    fn frame(&self, region: usize) -> &RegionFrame {
+        self.single.frame(region)
+    }
+
+    #[inline(always)]
+    fn finest_cells(&self, level: u8) -> &[f64; 3] {
+        self.single.finest_cells(level)
+    }
+
+    #[inline(always)]
+    fn nothing<S: Gather>(&self, simd: S) -> SteepPlace<S> {
+        SteepPlace { place: Place::nowhere(simd), gradient: [Floats::splat(simd, 0.0); 3] }
+    }
+
+    #[inline(always)]
+    fn select<S: Gather>(mask: Mask<S>, yes: SteepPlace<S>, no: SteepPlace<S>) -> SteepPlace<S> {
+        let mut selected = SteepPlace { place: Place::select(mask, yes.place, no.place), ..no };
+        for axis in 0..3 {
+            selected.gradient[axis] = mask.select(yes.gradient[axis], no.gradient[axis]);
+        }
+        selected
+    }
+
+    #[inline(always)]
+    fn here<S: Gather>(&self, simd: S, look: Option<&SeenLook>) -> SingleHere<S> {
+        self.single.here(simd, look)
+    }
+
+    #[inline(always)]
+    fn sample<S: Gather>(
+        &self,
+        simd: S,
+        region: usize,
+        here: &SingleHere<S>,
+        point: [Floats<S>; 3],
+        points: Points<S>,
+    ) -> SteepPlace<S> {
+        let values = &self.single.values;
+        let value = match points {
+            Points::Pure => values.pure(simd, region, point),
+            Points::Anywhere(active) => values.anywhere(simd, region, point, active),
+        };
+        let place = self.single.how.segments.place(simd, value, here.window);
+        let mut gradient = [Floats::splat(simd, 0.0); 3];
+        let Some(cells) = self.cells else { return SteepPlace { place, gradient } };
+        let slope = self.single.how.segments.position_slope(simd, value);
+        let cells = &cells[usize::from(self.frame(region).level.unwrap_or(0))];
+        for axis in 0..3 {
+            let mut beside = point;
+            beside[axis] += 0.25;
+            let ahead = values.anywhere(simd, region, beside, Mask::splat(simd, true));
+            beside[axis] -= 0.5;
+            let behind = values.anywhere(simd, region, beside, Mask::splat(simd, true));
+            gradient[axis] = (ahead - behind) * 2.0 * slope * Floats::splat(simd, cells[axis]);
+        }
+        SteepPlace { place, gradient }
+    }
+
+    #[inline(always)]
+    fn interval<S: Gather>(
+        &self,
+        simd: S,
+        here: &mut SingleHere<S>,
+        [from, to]: [&SteepPlace<S>; 2],
+        length: Floats<S>,
+        rays: Mask<S>,
+    ) -> Option<Interval<S>> {
+        self.single.interval(simd, here, [&from.place, &to.place], length, rays)
+    }
+}
