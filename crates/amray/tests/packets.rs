@@ -40,22 +40,52 @@ where
             let reference = Sampler::new(&self.index, &self.bricks, method);
             let packed = PacketSampler::new(&self.index, &self.bricks, method, normalisation);
             for set in InstructionSet::available() {
-                let mut found = vec![PacketSamples { values: [0.0; LANES], levels: [0; LANES] }; packets.len()];
+                let nothing = PacketSamples { values: [0.0; LANES], levels: [0; LANES] };
+                let mut found = vec![nothing; packets.len()];
                 packed.sample_packets(set, packets, &mut found);
-                for (points, found) in packets.iter().zip(found) {
+                let mut with_gradients = vec![(nothing, [[0.0; LANES]; 3]); packets.len()];
+                packed.sample_packets_with_gradients(set, packets, &mut with_gradients);
+                for ((points, found), (beside, gradients)) in packets.iter().zip(found).zip(with_gradients) {
                     for lane in 0..LANES {
                         let point = points.map(|axis| axis[lane]);
                         let expected = (reference.sample(point) - normalisation.low) * normalisation.scale;
-                        let value = f64::from(found.values[lane]);
-                        let same = (value - expected).abs() < 1e-5 || !value.is_finite() && !expected.is_finite();
-                        prop_assert!(same, "{method}, {} at {point:?}: {value}, not {expected}", set.name());
+                        for value in [found.values[lane], beside.values[lane]].map(f64::from) {
+                            let same = (value - expected).abs() < 1e-5 || !value.is_finite() && !expected.is_finite();
+                            prop_assert!(same, "{method}, {} at {point:?}: {value}, not {expected}", set.name());
+                        }
                         let level = self.leaf_level(point).map_or(-1, |level| level as i32);
                         prop_assert_eq!(found.levels[lane], level, "{} at {:?}", method, point);
+                        prop_assert_eq!(beside.levels[lane], level, "{} at {:?}", method, point);
+                        if !expected.is_finite() {
+                            continue;
+                        }
+                        let expected = self.gradient(&reference, point).map(|slope| slope * normalisation.scale);
+                        let slopes = gradients.map(|axis| f64::from(axis[lane]));
+                        for (slope, expected) in slopes.into_iter().zip(expected) {
+                            // Sums of sixteen and more products of values and weights, each rounded to 1e-7 of itself.
+                            let same = (slope - expected).abs() < 1e-5 * (1.0 + expected.abs())
+                                || !slope.is_finite() && !expected.is_finite();
+                            prop_assert!(
+                                same,
+                                "{method}, {} at {point:?}: slopes {slopes:?}, one of them not {expected}",
+                                set.name()
+                            );
+                        }
                     }
                 }
             }
         }
         Ok(())
+    }
+
+    /// The reference's gradient at a point, or the domain's point nearest to it, per cell of the finest level.
+    fn gradient(&self, reference: &Sampler<T>, point: [f64; 3]) -> [f64; 3] {
+        let (domain, hierarchy) = (self.index.domain(), self.index.hierarchy());
+        let point = std::array::from_fn(|axis| point[axis].clamp(domain.low[axis] as f64, domain.high[axis] as f64));
+        let cell = domain.clamp(point.map(|position| position.floor() as i64));
+        let slopes = reference.sample_in_with_gradient(self.index.find_region(cell), point).gradient;
+        let cell_size = hierarchy.levels()[hierarchy.finest_level()].cell_size();
+        std::array::from_fn(|axis| slopes[axis] * cell_size[axis])
     }
 
     fn leaf_level(&self, point: [f64; 3]) -> Option<usize> {

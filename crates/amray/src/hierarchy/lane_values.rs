@@ -33,6 +33,11 @@ impl LaneNormalisation {
         self.double.apply(value)
     }
 
+    /// The number that stands for a difference of values.
+    pub(crate) fn of_slope(&self, slope: f64) -> f32 {
+        (slope * self.double.scale) as f32
+    }
+
     /// The difference of single-precision values is exact beside itself.
     #[inline(always)]
     fn apply<S: Gather>(&self, simd: S, values: Floats<S>) -> Floats<S> {

@@ -1,13 +1,13 @@
 //! Values sampled where they are: in a mapped file, or in someone else's memory.
 
-use fearless_simd::SimdMask;
+use fearless_simd::prelude::*;
 
 use super::pieces::{self, BrickPieces, PieceNode};
 use super::{NO_BOX, RegionFrame, RegionValues, queried, region_places};
 use crate::Volume;
 use crate::hierarchy::with_voxels;
 use crate::index::{Index, Region};
-use crate::reconstruction::{AnySampler, Method};
+use crate::reconstruction::{AnySampler, LaneNumber, Method};
 use crate::simd::{Floats, Gather, Mask};
 
 /// How to march through a volume whose values stay where they are.
@@ -100,15 +100,29 @@ impl RegionValues for InPlace<'_> {
     }
 
     #[inline(always)]
-    fn pure<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3]) -> Floats<S> {
+    fn in_pure<S: Gather, N: LaneNumber<S>>(&self, simd: S, region: usize, point: [Floats<S>; 3]) -> N {
         if !self.sampler.is_packed() {
-            return self.anywhere(simd, region, point, Mask::splat(simd, true));
+            return self.in_region(simd, region, point, Mask::splat(simd, true));
+        }
+        let mut point = point;
+        if N::HAS_SLOPES {
+            // On the box's high faces slopes are those from inside: beyond, the brick alone knows nothing.
+            for axis in 0..3 {
+                let last = self.frame(region).pure[1][axis].next_down();
+                point[axis] = point[axis].min(Floats::splat(simd, last));
+            }
         }
         self.sampler.in_brick(simd, self.plan.bricks[region] as usize, point)
     }
 
     #[inline(always)]
-    fn anywhere<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
+    fn in_region<S: Gather, N: LaneNumber<S>>(
+        &self,
+        simd: S,
+        region: usize,
+        point: [Floats<S>; 3],
+        active: Mask<S>,
+    ) -> N {
         let frame = self.frame(region);
         let size = self.finest_cells(frame.level.unwrap_or(0));
         queried(simd, self.sampler, (frame, size, &self.plan.places[region]), point, active)

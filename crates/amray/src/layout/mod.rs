@@ -10,7 +10,7 @@ mod tests;
 
 use crate::hierarchy::IndexBox;
 use crate::index::Index;
-use crate::reconstruction::AnySampler;
+use crate::reconstruction::{AnySampler, LaneNumber, ValuesAndGradients};
 use crate::simd::{Floats, Gather, LANES, Mask};
 
 pub(crate) use in_place::{InPlace, InPlacePlan};
@@ -53,16 +53,16 @@ fn region_places(index: &Index) -> Vec<[[f64; 3]; 2]> {
     index.region_boxes().iter().map(places).collect()
 }
 
-/// The values at `active` points in a region's local coordinates, by queries, which know of all bricks; given the
+/// What there is at `active` points in a region's local coordinates, by queries, which know of all bricks; given the
 /// region's frame, the size of its cells and its places.
 #[inline(never)]
-fn queried<S: Gather>(
+fn queried<S: Gather, N: LaneNumber<S>>(
     simd: S,
     sampler: &AnySampler,
     (frame, size, [first, last]): (&RegionFrame, &[f64; 3], &[[f64; 3]; 2]),
     point: [Floats<S>; 3],
     active: Mask<S>,
-) -> Floats<S> {
+) -> N {
     simd.vectorize(
         #[inline(always)]
         || {
@@ -74,12 +74,13 @@ fn queried<S: Gather>(
                     points[axis][lane] = place.max(first[axis]).min(last[axis]);
                 }
             }
-            sampler.sample(simd, &points, active).values
+            sampler.sample::<S, N>(simd, &points, active).values.per_cells(size)
         },
     )
 }
 
-/// Samples a field region by region, sixteen points at a time. Values are normalised.
+/// Samples a field region by region, sixteen points at a time. Values are normalised; gradients are those of the
+/// normalised values along each axis, per cell of the region's level, exact wherever the value is finite.
 pub(crate) trait RegionValues: Sync {
     /// Where a region lies.
     fn frame(&self, region: usize) -> &RegionFrame;
@@ -90,9 +91,47 @@ pub(crate) trait RegionValues: Sync {
     /// Whether all values are known to be finite.
     fn is_finite(&self) -> bool;
 
+    /// What there is at points of the region's pure box, in its local coordinates.
+    fn in_pure<S: Gather, N: LaneNumber<S>>(&self, simd: S, region: usize, point: [Floats<S>; 3]) -> N;
+
+    /// What there is at `active` points anywhere in the region.
+    fn in_region<S: Gather, N: LaneNumber<S>>(
+        &self,
+        simd: S,
+        region: usize,
+        point: [Floats<S>; 3],
+        active: Mask<S>,
+    ) -> N;
+
     /// The values at points of the region's pure box, in its local coordinates.
-    fn pure<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3]) -> Floats<S>;
+    #[inline(always)]
+    fn pure<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3]) -> Floats<S> {
+        self.in_pure(simd, region, point)
+    }
 
     /// The values at `active` points anywhere in the region.
-    fn anywhere<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S>;
+    #[inline(always)]
+    fn anywhere<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
+        self.in_region(simd, region, point, active)
+    }
+
+    /// [`pure`](Self::pure) with the gradients.
+    #[allow(dead_code)] // Until shading asks for them.
+    #[inline(always)]
+    fn pure_with_gradient<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3]) -> ValuesAndGradients<S> {
+        self.in_pure(simd, region, point)
+    }
+
+    /// [`anywhere`](Self::anywhere) with the gradients.
+    #[allow(dead_code)] // Until shading asks for them.
+    #[inline(always)]
+    fn anywhere_with_gradient<S: Gather>(
+        &self,
+        simd: S,
+        region: usize,
+        point: [Floats<S>; 3],
+        active: Mask<S>,
+    ) -> ValuesAndGradients<S> {
+        self.in_region(simd, region, point, active)
+    }
 }

@@ -17,7 +17,15 @@ use crate::simd::{InstructionSet, Kernel, LANES};
 /// Sixteen points of a region, in its local coordinates.
 type LocalPoints = [[f32; LANES]; 3];
 
-/// Samples a region at packets of points.
+/// What is found at the points of a packet: values, values beside their gradients, and these, axis by axis.
+#[derive(Clone, Copy)]
+struct Found {
+    values: [f32; LANES],
+    values_beside: [f32; LANES],
+    gradients: [[f32; LANES]; 3],
+}
+
+/// Samples a region at packets of points, without and with gradients.
 struct Sampling<'a, V> {
     values: &'a V,
     region: usize,
@@ -26,7 +34,7 @@ struct Sampling<'a, V> {
 }
 
 impl<V: RegionValues> Kernel for Sampling<'_, V> {
-    type Output = Vec<[f32; LANES]>;
+    type Output = Vec<Found>;
 
     #[inline(always)]
     fn run<S: Gather>(self, simd: S) -> Self::Output {
@@ -37,12 +45,15 @@ impl<V: RegionValues> Kernel for Sampling<'_, V> {
             for (axis, lanes) in [x, y, z].into_iter().enumerate() {
                 point[axis] = Floats::from_slice(simd, lanes);
             }
-            let value = if pure {
-                values.pure(simd, region, point)
-            } else {
-                values.anywhere(simd, region, point, Mask::splat(simd, true))
+            let all = Mask::splat(simd, true);
+            let (alone, both) = match pure {
+                true => (values.pure(simd, region, point), values.pure_with_gradient(simd, region, point)),
+                false => {
+                    (values.anywhere(simd, region, point, all), values.anywhere_with_gradient(simd, region, point, all))
+                }
             };
-            samples.push(value.into());
+            let [x, y, z] = both.gradients;
+            samples.push(Found { values: *alone, values_beside: *both.values, gradients: [*x, *y, *z] });
         }
         samples
     }
@@ -132,6 +143,7 @@ impl Case {
             let frame = values.frame(region);
             let Some(level) = frame.level else { continue };
             let size = values.finest_cells(level);
+            let cell_size = self.index.hierarchy().levels()[usize::from(level)].cell_size();
             let place = |local: [f64; 3]| -> [f64; 3] {
                 std::array::from_fn(|axis| (local[axis] + frame.low[axis]) * size[axis])
             };
@@ -145,6 +157,8 @@ impl Case {
             };
             let whole = [corner(cells.low), corner(cells.high)];
             let pure = frame.pure.map(|corner| corner.map(f64::from));
+            // Others' weights change by one per cell, or by a few per cell of the next finer level.
+            let steepest = if method == Method::Finest { *size } else { [1.0; 3] };
             let jumps = method == Method::Nearest;
             let on_faces = if jumps { 0.0 } else { on_faces };
             for (limits, is_pure) in [(whole, false), (if frame.is_pure { whole } else { pure }, true)] {
@@ -159,20 +173,39 @@ impl Case {
                             let local: [f64; 3] = std::array::from_fn(|axis| f64::from(points[axis][lane]));
                             let point = place(local);
                             let expected = reference.sample_in(region, inside(point));
-                            let value = normalisation.undo(found[lane]);
-                            let agree = |expected: f64| (value - expected).abs() <= 1e-5 * width;
-                            // Next to holes values may jump on a high face (where a dual cell begins that has other
-                            // cells): both that from inside and that on the face itself are right.
-                            let same = agree(expected)
-                                || !value.is_finite() && !expected.is_finite()
-                                || inside(point) != point && agree(reference.sample_in(region, point))
-                                || jumps && near_a_cell_face(local, frame);
-                            prop_assert!(
-                                same,
-                                "{method}, {layout}, {}, pure {is_pure}, region {region} of level {level} at {point:?} \
-                                 ({local:?} in {limits:?}): {value}, not {expected}",
-                                set.name()
-                            );
+                            let place_of = || {
+                                format!(
+                                    "{method}, {layout}, {}, pure {is_pure}, region {region} of level {level} at \
+                                     {point:?} ({local:?} in {limits:?})",
+                                    set.name()
+                                )
+                            };
+                            for value in [found.values[lane], found.values_beside[lane]] {
+                                let value = normalisation.undo(value);
+                                let agree = |expected: f64| (value - expected).abs() <= 1e-5 * width;
+                                // Next to holes values may jump on a high face (where a dual cell begins that has
+                                // other cells): both that from inside and that on the face itself are right.
+                                let same = agree(expected)
+                                    || !value.is_finite() && !expected.is_finite()
+                                    || inside(point) != point && agree(reference.sample_in(region, point))
+                                    || jumps && near_a_cell_face(local, frame);
+                                prop_assert!(same, "{}: {value}, not {expected}", place_of());
+                            }
+                            // On a pure box's high face the brick alone does not know the slopes beyond.
+                            let on_high_face = (0..3).any(|axis| local[axis] >= limits[1][axis]);
+                            if !expected.is_finite() || is_pure && on_high_face {
+                                continue;
+                            }
+                            let slopes = found.gradients.map(|axis| f64::from(axis[lane]));
+                            let gradient = |local: [f64; 3]| -> [[f64; 3]; 2] {
+                                [inside(place(local)), place(local)].map(|point| {
+                                    let slopes = reference.sample_in_with_gradient(region, point).gradient;
+                                    std::array::from_fn(|axis| slopes[axis] * cell_size[axis] * normalisation.scale)
+                                })
+                            };
+                            let agree = |expected: [f64; 3]| are_close(slopes, expected, steepest);
+                            let same = beside(local, &limits[1]).any(|local| gradient(local).into_iter().any(agree));
+                            prop_assert!(same, "{}: slopes are {slopes:?}, not {:?}", place_of(), gradient(local)[0]);
                         }
                     }
                 }
@@ -180,6 +213,28 @@ impl Case {
         }
         Ok(())
     }
+}
+
+/// Whether slopes, in units of the range per cell, are the same but for what single precision makes of them: they are
+/// sums of products, each rounded to 1e-7 of itself, whose weights change by up to `steepest` per cell.
+fn are_close(found: [f64; 3], expected: [f64; 3], steepest: [f64; 3]) -> bool {
+    let most = |axis: usize| 1e-5 * (1.0 + expected[axis].abs()) + 2e-6 * steepest[axis];
+    (0..3).all(|axis| (found[axis] - expected[axis]).abs() <= most(axis))
+}
+
+/// A point, and those to which rounding may take it: over a kink, beyond which slopes are others. Half cells are exact:
+/// on a kink that they are on, the slopes of the high side count, but on the `high` faces of the box that was asked.
+fn beside(local: [f64; 3], high: &[f64; 3]) -> impl Iterator<Item = [f64; 3]> {
+    const NEAR: f64 = 1.2e-7;
+    let step = |axis: usize| match local[axis] {
+        place if (2.0 * place).fract() == 0.0 && place < high[axis] => 0.0,
+        place => NEAR * (1.0 + place.abs()),
+    };
+    let steps = [step(0), step(1), step(2)];
+    let place = move |number: i32, axis: usize| {
+        local[axis] + steps[axis] * f64::from([0, -1, 1][(number / 3i32.pow(axis as u32) % 3) as usize])
+    };
+    (0..27).map(move |number| [place(number, 0), place(number, 1), place(number, 2)])
 }
 
 /// Whether rounding may take a point into another cell.

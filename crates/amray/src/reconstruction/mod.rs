@@ -20,8 +20,8 @@ use number::Number;
 
 pub use method::{Method, UnknownMethod};
 pub use number::ValueAndGradient;
-pub(crate) use packet::AnySampler;
-pub use packet::{PacketPoints, PacketSampler, PacketSamples};
+pub(crate) use packet::{AnySampler, LaneNumber, ValuesAndGradients, linear_weights};
+pub use packet::{PacketGradients, PacketPoints, PacketSampler, PacketSamples};
 
 /// Evaluates one method over one field.
 ///
@@ -125,11 +125,6 @@ impl<'a, T: Voxel> Sampler<'a, T> {
             }
         }
         self.evaluate(region, level, point)
-    }
-
-    /// The level of the leaf cell that contains a point of the domain; `None` in a hole.
-    fn leaf_level(&self, point: [f64; 3]) -> Option<usize> {
-        self.index.regions()[self.index.find_region(self.cell_of(point))].finest_level()
     }
 
     fn evaluate<N: Number>(&self, region: &Region, level: usize, point: [f64; 3]) -> N {

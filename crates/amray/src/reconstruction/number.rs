@@ -4,7 +4,7 @@ use std::ops::{Add, AddAssign, Div, Mul, Sub};
 
 /// A number that may know how it changes with the point. A method written over it gives the value with `f64`, and with
 /// [`ValueAndGradient`] the exact derivative of the same formula beside it.
-pub(super) trait Number:
+pub(crate) trait Number:
     Copy + Add<Output = Self> + AddAssign + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {
     /// A number that does not change.

@@ -62,6 +62,14 @@ impl<S: Gather> Doubles<S> {
         Self([(a - low).mul_add(scale, shift), (b - low).mul_add(scale, shift)])
     }
 
+    /// (number - low) / size + shift.
+    #[inline(always)]
+    pub(crate) fn divided(self, simd: S, low: f64, size: f64, shift: f64) -> Self {
+        let [a, b] = self.0;
+        let [low, size, shift] = [f64x8::splat(simd, low), f64x8::splat(simd, size), f64x8::splat(simd, shift)];
+        Self([(a - low) / size + shift, (b - low) / size + shift])
+    }
+
     /// The next whole number below, and what is left above it. The whole number is right where it fits.
     #[inline(always)]
     pub(crate) fn split(self, simd: S) -> (Integers<S>, Floats<S>) {

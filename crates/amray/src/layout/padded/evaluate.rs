@@ -6,7 +6,7 @@ use fearless_simd::prelude::*;
 use super::super::{RegionFrame, RegionValues, queried};
 use super::plan::{Combination, OtherAxis, OtherBrick, PaddedBrick, Plan, RegionPlan};
 use super::{FLAG, HOLE, PaddedField};
-use crate::reconstruction::{AnySampler, Method};
+use crate::reconstruction::{AnySampler, LaneNumber, Method, linear_weights};
 use crate::simd::{Floats, Gather, Integers, Mask, Naturals};
 
 /// Evaluates one method over one padded field; the values are units of the field's range.
@@ -19,24 +19,29 @@ pub(crate) struct PaddedValues<'a> {
 }
 
 /// Where sixteen points lie in a brick.
-struct Places<S: Gather> {
+struct Places<S: Gather, N> {
     /// The cells at the low corners of the dual cells around the points, padding included.
     cells: [Integers<S>; 3],
-    /// The hats of the low and of the high corners, per axis.
-    low: [Floats<S>; 3],
-    high: [Floats<S>; 3],
+    /// The weights of the low and of the high corners, per axis; slopes are per cell of the region.
+    weights: [[N; 2]; 3],
 }
 
-impl<S: Gather> Places<S> {
+impl<S: Gather, N: LaneNumber<S>> Places<S, N> {
     /// Of points in the brick's own padded coordinates.
     #[inline(always)]
     fn own(simd: S, point: [Floats<S>; 3]) -> Self {
+        Self::moved(simd, point, [Floats::splat(simd, 1.0); 3])
+    }
+
+    /// Of points that have been moved to these, which have `slopes`, in the brick's own padded coordinates.
+    #[inline(always)]
+    fn moved(simd: S, point: [Floats<S>; 3], slopes: [Floats<S>; 3]) -> Self {
         let one = Floats::splat(simd, 1.0);
-        let mut places = Self { cells: [Integers::splat(simd, 0); 3], low: point, high: point };
+        let mut places = Self { cells: [Integers::splat(simd, 0); 3], weights: [[N::constant(one); 2]; 3] };
         for axis in 0..3 {
             places.cells[axis] = point[axis].to_int();
-            places.high[axis] = point[axis] - places.cells[axis].to_float::<Floats<S>>();
-            places.low[axis] = one - places.high[axis];
+            let high = point[axis] - places.cells[axis].to_float::<Floats<S>>();
+            places.weights[axis] = linear_weights(axis, [one - high, high], slopes[axis]);
         }
         places
     }
@@ -48,7 +53,7 @@ impl<S: Gather> Places<S> {
     #[inline(always)]
     fn other(simd: S, other: &OtherBrick, point: [Floats<S>; 3]) -> Self {
         let zero = Floats::splat(simd, 0.0);
-        let mut places = Self { cells: [Integers::splat(simd, 0); 3], low: point, high: point };
+        let mut places = Self { cells: [Integers::splat(simd, 0); 3], weights: [[N::constant(zero); 2]; 3] };
         for axis in 0..3 {
             let OtherAxis { multiple, parts, origin, shift } = other.axes[axis];
             let share = Floats::splat(simd, parts.recip());
@@ -63,7 +68,7 @@ impl<S: Gather> Places<S> {
             cell = below.select(cell - Floats::splat(simd, 1.0), cell);
             (low, high) = (below.select(zero - high, low), below.select(parts + high, high));
             places.cells[axis] = cell.to_int();
-            (places.low[axis], places.high[axis]) = (low * share, high * share);
+            places.weights[axis] = linear_weights(axis, [low * share, high * share], multiple * share);
         }
         places
     }
@@ -96,15 +101,17 @@ impl OtherBrick {
 }
 
 /// What one brick knows of sixteen samples.
-struct Share<S: Gather> {
+struct Share<S: Gather, N> {
     /// The sum of hats times values.
-    sum: Floats<S>,
+    sum: N,
     /// The sum of hats.
-    weight: Floats<S>,
-    /// Whether any cell with a hat is flagged.
+    weight: N,
+    /// Whether any cell is flagged whose hat takes part.
     flagged: Mask<S>,
+    /// Whether any cell is flagged whose hat is above 0.
+    flagged_weight: Mask<S>,
     /// The sum of the hats of cells that are not: exactly 0 where there are none.
-    missing: Floats<S>,
+    missing: N,
 }
 
 /// Which corners count.
@@ -130,30 +137,36 @@ impl<S: Gather> Found<S> {
 }
 
 /// Levels on top of each other, from the finest down.
-struct Layers<S: Gather> {
-    sum: Floats<S>,
+struct Layers<N> {
+    sum: N,
     /// The weight that is left for coarser levels.
-    left: Floats<S>,
+    left: N,
     /// The value of the coarsest level so far that has flagged corners.
-    coarsest: Floats<S>,
+    coarsest: N,
 }
 
-impl<S: Gather> Layers<S> {
+impl<N> Layers<N> {
     #[inline(always)]
-    fn none(simd: S) -> Self {
-        let zero = Floats::splat(simd, 0.0);
-        Self { sum: zero, left: Floats::splat(simd, 1.0), coarsest: zero }
+    fn none<S: Gather>(simd: S) -> Self
+    where
+        N: LaneNumber<S>,
+    {
+        let zero = N::constant(Floats::splat(simd, 0.0));
+        Self { sum: zero, left: N::constant(Floats::splat(simd, 1.0)), coarsest: zero }
     }
 
     /// Puts a level below the others, for those `inside` its brick's reach.
     #[inline(always)]
-    fn add(&mut self, simd: S, share: Share<S>, inside: Mask<S>) {
+    fn add<S: Gather>(&mut self, simd: S, share: Share<S, N>, inside: Mask<S>)
+    where
+        N: LaneNumber<S>,
+    {
         let value = share.sum / share.weight;
         let takes = inside & share.flagged;
-        let actual = Floats::splat(simd, 1.0) - share.missing;
-        self.sum = takes.select((self.left * actual).mul_add(value, self.sum), self.sum);
-        self.left = takes.select(share.missing * self.left, self.left);
-        self.coarsest = takes.select(value, self.coarsest);
+        let actual = N::constant(Floats::splat(simd, 1.0)) - share.missing;
+        self.sum = N::select(takes, (self.left * actual).weigh(value, self.sum), self.sum);
+        self.left = N::select(takes, share.missing * self.left, self.left);
+        self.coarsest = N::select(inside & share.flagged_weight, value, self.coarsest);
     }
 }
 
@@ -174,30 +187,40 @@ impl RegionValues for PaddedValues<'_> {
     }
 
     #[inline(always)]
-    fn pure<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3]) -> Floats<S> {
+    fn in_pure<S: Gather, N: LaneNumber<S>>(&self, simd: S, region: usize, point: [Floats<S>; 3]) -> N {
         let region = &self.plan.regions[region];
         match self.plan.method {
-            Method::Nearest => self.nearest(simd, &region.brick, point),
+            Method::Nearest => N::constant(self.nearest(simd, &region.brick, point)),
             Method::Finest => {
                 // Most points are moved onto a cell's centre: what is beside it has no weight, and may be a hole.
-                let point = self.onto_finest(simd, region, point);
-                let share = self.share(simd, &region.brick, Places::own(simd, point), Count::Existing);
+                let [point, slopes] = self.onto_finest(simd, region, point);
+                let places = Places::moved(simd, point, slopes);
+                let share: Share<S, N> = self.share(simd, &region.brick, places, Count::Existing);
                 share.sum / share.weight
             }
             _ => {
                 let places = Places::own(simd, point);
-                trilinear(self.corners(simd, &region.brick, &places), places.high)
+                let [[_, x], [_, y], [_, z]] = places.weights;
+                N::trilinear(&self.corners(simd, &region.brick, &places), [x, y, z])
             }
         }
     }
 
     #[inline(always)]
-    fn anywhere<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
+    fn in_region<S: Gather, N: LaneNumber<S>>(
+        &self,
+        simd: S,
+        region: usize,
+        point: [Floats<S>; 3],
+        active: Mask<S>,
+    ) -> N {
         let plan = &self.plan.regions[region];
         match self.plan.combination {
-            Combination::Single if self.plan.method == Method::Nearest => self.nearest(simd, &plan.brick, point),
+            Combination::Single if self.plan.method == Method::Nearest => {
+                N::constant(self.nearest(simd, &plan.brick, point))
+            }
             Combination::Single => {
-                let share = self.share(simd, &plan.brick, Places::own(simd, point), Count::Existing);
+                let share: Share<S, N> = self.share(simd, &plan.brick, Places::own(simd, point), Count::Existing);
                 share.sum / share.weight
             }
             Combination::Basis => self.basis(simd, plan, point, active),
@@ -213,16 +236,22 @@ impl RegionValues for PaddedValues<'_> {
 impl PaddedValues<'_> {
     /// sum(hat v) / sum(hat) over the leaf cells of all bricks that take part.
     #[inline(always)]
-    fn basis<S: Gather>(&self, simd: S, region: &RegionPlan, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
+    fn basis<S: Gather, N: LaneNumber<S>>(
+        &self,
+        simd: S,
+        region: &RegionPlan,
+        point: [Floats<S>; 3],
+        active: Mask<S>,
+    ) -> N {
         let Share { mut sum, mut weight, .. } =
-            self.share(simd, &region.brick, Places::own(simd, point), Count::Flagged);
-        let zero = Floats::splat(simd, 0.0);
+            self.share::<S, N>(simd, &region.brick, Places::own(simd, point), Count::Flagged);
+        let zero = N::constant(Floats::splat(simd, 0.0));
         let [finer, coarser] = self.plan.others(region);
         let mut found = Found::none(simd);
         for other in finer.iter().chain(coarser) {
             if let Some((share, inside)) = self.share_of(simd, other, point, active, &mut found, Count::Flagged) {
-                sum += inside.select(share.sum, zero);
-                weight += inside.select(share.weight, zero);
+                sum = sum + N::select(inside, share.sum, zero);
+                weight = weight + N::select(inside, share.weight, zero);
             }
         }
         sum / weight
@@ -231,8 +260,14 @@ impl PaddedValues<'_> {
     /// From fine to coarse, each level takes what its flagged corners carry of the weight that is left; the coarsest
     /// with flagged corners takes the rest.
     #[inline(always)]
-    fn layered<S: Gather>(&self, simd: S, region: &RegionPlan, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
-        let mut layers = Layers::none(simd);
+    fn layered<S: Gather, N: LaneNumber<S>>(
+        &self,
+        simd: S,
+        region: &RegionPlan,
+        point: [Floats<S>; 3],
+        active: Mask<S>,
+    ) -> N {
+        let mut layers = Layers::<N>::none(simd);
         let [finer, coarser] = self.plan.others(region);
         let mut found = Found::none(simd);
         for other in finer {
@@ -242,7 +277,7 @@ impl PaddedValues<'_> {
         }
         layers.add(simd, self.share(simd, &region.brick, Places::own(simd, point), Count::Existing), active);
         for other in coarser {
-            let open = layers.left.simd_gt(0.0) & active;
+            let open = layers.left.takes_part() & active;
             if open.all_false() {
                 break;
             }
@@ -251,13 +286,14 @@ impl PaddedValues<'_> {
             }
         }
         // Where nothing is left, not even a coarser value that is no number counts.
-        layers.left.simd_gt(0.0).select(layers.left.mul_add(layers.coarsest, layers.sum), layers.sum)
+        let Layers { sum, left, coarsest } = layers;
+        N::select(left.takes_part(), left.weigh(coarsest, sum), sum)
     }
 
     /// What a brick of another level contributes at those of the `open` points that lie in its reach and have found no
     /// brick of its level before, and which these are; `None` where there are none.
     #[inline(always)]
-    fn share_of<S: Gather>(
+    fn share_of<S: Gather, N: LaneNumber<S>>(
         &self,
         simd: S,
         other: &OtherBrick,
@@ -265,7 +301,7 @@ impl PaddedValues<'_> {
         open: Mask<S>,
         found: &mut Found<S>,
         count: Count,
-    ) -> Option<(Share<S>, Mask<S>)> {
+    ) -> Option<(Share<S, N>, Mask<S>)> {
         if found.level != other.level {
             *found = Found { level: other.level, ..Found::none(simd) };
         }
@@ -298,53 +334,61 @@ impl PaddedValues<'_> {
     }
 
     /// Moves points so that trilinear interpolation of the region's cells gives that of the finest level, whose virtual
-    /// corners copy them: the value changes within half a finest cell of a face only.
+    /// corners copy them: the value changes within half a finest cell of a face only. Also returns how fast the points
+    /// move with those that they come from.
     #[inline(always)]
-    fn onto_finest<S: Gather>(&self, simd: S, region: &RegionPlan, point: [Floats<S>; 3]) -> [Floats<S>; 3] {
+    fn onto_finest<S: Gather>(&self, simd: S, region: &RegionPlan, point: [Floats<S>; 3]) -> [[Floats<S>; 3]; 2] {
         let size = self.plan.finest_cells[usize::from(region.frame.level.unwrap_or(0))];
         let (half, zero) = (Floats::splat(simd, 0.5), Floats::splat(simd, 0.0));
-        let mut moved = point;
+        let (mut moved, mut slopes) = (point, point);
         for axis in 0..3 {
             let ratio = Floats::splat(simd, size[axis] as f32);
             let cell = (point[axis] + half).floor();
             // In this order nothing is rounded before it is multiplied.
             let inside = (point[axis] - cell + half) * ratio;
-            moved[axis] = cell + (inside - half).min(zero) + (inside - ratio + half).max(zero);
+            let (below, above) = (inside - half, inside - ratio + half);
+            moved[axis] = cell + below.min(zero) + above.max(zero);
+            slopes[axis] = (below.simd_lt(zero) | above.simd_ge(zero)).select(ratio, zero);
         }
-        moved
+        [moved, slopes]
     }
 
     /// What a brick contributes at points.
     #[inline(always)]
-    fn share<S: Gather>(&self, simd: S, brick: &PaddedBrick, places: Places<S>, count: Count) -> Share<S> {
+    fn share<S: Gather, N: LaneNumber<S>>(
+        &self,
+        simd: S,
+        brick: &PaddedBrick,
+        places: Places<S, N>,
+        count: Count,
+    ) -> Share<S, N> {
         let corners = self.corners(simd, brick, &places);
-        let Places { low: [low_x, low_y, low_z], high: [x, y, z], .. } = places;
-        let yz = [low_y * low_z, y * low_z, low_y * z, y * z];
-        let zero = Floats::splat(simd, 0.0);
+        let zero = N::constant(Floats::splat(simd, 0.0));
         let (mut sum, mut weight, mut missing) = (zero, zero, zero);
-        let mut flagged = Mask::splat(simd, false);
+        let (mut flagged, mut flagged_weight) = (Mask::splat(simd, false), Mask::splat(simd, false));
         for corner in 0..8 {
-            let hat = yz[corner / 2] * if corner % 2 == 0 { low_x } else { x };
+            let hat = N::hat(&places.weights, corner);
             let value = corners[corner];
             let bits: Naturals<S> = value.bitcast();
             let flag = (bits & Naturals::splat(simd, FLAG)).simd_eq(Naturals::splat(simd, FLAG));
             let counts = match count {
-                Count::Existing => bits.simd_ne(Naturals::splat(simd, HOLE)) & hat.simd_gt(zero),
-                Count::Flagged => flag & hat.simd_gt(zero),
+                Count::Existing => bits.simd_ne(Naturals::splat(simd, HOLE)) & hat.takes_part(),
+                Count::Flagged => flag & hat.takes_part(),
             };
-            sum = counts.select(hat.mul_add(value, sum), sum);
-            weight = counts.select(weight + hat, weight);
+            sum = N::select(counts, hat.weigh_values(value, sum), sum);
+            weight = N::select(counts, weight + hat, weight);
             if count == Count::Existing {
                 flagged |= flag & counts;
-                missing = flag.select(missing, missing + hat);
+                flagged_weight |= flag & counts & hat.values().simd_gt(0.0);
+                missing = N::select(flag, missing, missing + hat);
             }
         }
-        Share { sum, weight, flagged, missing }
+        Share { sum, weight, flagged, flagged_weight, missing }
     }
 
     /// The eight values around each point, x fastest.
     #[inline(always)]
-    fn corners<S: Gather>(&self, simd: S, brick: &PaddedBrick, places: &Places<S>) -> [Floats<S>; 8] {
+    fn corners<S: Gather, N>(&self, simd: S, brick: &PaddedBrick, places: &Places<S, N>) -> [Floats<S>; 8] {
         let offset = offset(simd, brick, places.cells);
         let (row, slice) = (brick.strides[0] as isize, brick.strides[1] as isize);
         // SAFETY: `offset` clamps into the brick, whose padding holds the neighbours; the values end with one more.
@@ -373,15 +417,4 @@ fn offset<S: Gather>(simd: S, brick: &PaddedBrick, cell: [Integers<S>; 3]) -> In
     }
     let (row, slice) = (Integers::splat(simd, brick.strides[0]), Integers::splat(simd, brick.strides[1]));
     clamped[0] + clamped[1] * row + clamped[2] * slice
-}
-
-#[inline(always)]
-fn trilinear<S: Gather>([a, b, c, d, e, f, g, h]: [Floats<S>; 8], [x, y, z]: [Floats<S>; 3]) -> Floats<S> {
-    let [low, high] = [mix(mix(a, b, x), mix(c, d, x), y), mix(mix(e, f, x), mix(g, h, x), y)];
-    mix(low, high, z)
-}
-
-#[inline(always)]
-fn mix<S: Gather>(low: Floats<S>, high: Floats<S>, share: Floats<S>) -> Floats<S> {
-    share.mul_add(high - low, low)
 }

@@ -1,6 +1,6 @@
 //! Packets of points in a field of either number type.
 
-use super::{PacketPoints, PacketSampler, Samples};
+use super::{LaneNumber, PacketPoints, PacketSampler, Samples};
 use crate::hierarchy::{FieldValues, Normalisation};
 use crate::index::Index;
 use crate::reconstruction::Method;
@@ -22,7 +22,12 @@ impl<'a> AnySampler<'a> {
 
     /// As [`PacketSampler::sample`].
     #[inline(always)]
-    pub(crate) fn sample<S: Gather>(&self, simd: S, points: &PacketPoints, active: Mask<S>) -> Samples<S> {
+    pub(crate) fn sample<S: Gather, N: LaneNumber<S>>(
+        &self,
+        simd: S,
+        points: &PacketPoints,
+        active: Mask<S>,
+    ) -> Samples<S, N> {
         match self {
             Self::F32(sampler) => sampler.sample(simd, points, active),
             Self::F64(sampler) => sampler.sample(simd, points, active),
@@ -31,7 +36,7 @@ impl<'a> AnySampler<'a> {
 
     /// As [`PacketSampler::in_brick`].
     #[inline(always)]
-    pub(crate) fn in_brick<S: Gather>(&self, simd: S, brick: usize, point: [Floats<S>; 3]) -> Floats<S> {
+    pub(crate) fn in_brick<S: Gather, N: LaneNumber<S>>(&self, simd: S, brick: usize, point: [Floats<S>; 3]) -> N {
         match self {
             Self::F32(sampler) => sampler.in_brick(simd, brick, point),
             Self::F64(sampler) => sampler.in_brick(simd, brick, point),

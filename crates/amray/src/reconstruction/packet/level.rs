@@ -1,7 +1,8 @@
 //! One level as packets see it: cells counted from the domain's low corner on, in 32 bits.
 
+use super::LaneNumber;
 use crate::hierarchy::Level;
-use crate::simd::{Divisor, Gather, Integers};
+use crate::simd::{Divisor, Doubles, Gather, Integers};
 
 /// A level's lattice of cells.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +30,24 @@ impl PacketLevel {
     #[inline(always)]
     pub(super) fn scale(&self, axis: usize) -> f64 {
         self.scale[axis]
+    }
+
+    /// Where places in cells of the finest level are along an axis: in cells of this one above `low`, plus `shift`.
+    #[inline(always)]
+    pub(super) fn position<S: Gather, N: LaneNumber<S>>(
+        &self,
+        simd: S,
+        axis: usize,
+        places: Doubles<S>,
+        low: f64,
+        shift: f64,
+    ) -> Doubles<S> {
+        if N::HAS_SLOPES {
+            // On a cell's centre it matters which dual cell is found: with a third of a place it might be the one below.
+            places.divided(simd, low, f64::from(self.size[axis]), shift)
+        } else {
+            places.scaled(simd, low, self.scale[axis], shift)
+        }
     }
 
     /// The domain's last cell.

@@ -11,6 +11,7 @@ mod basis;
 mod blend;
 mod dual_cell;
 mod level;
+mod number;
 mod octant;
 mod prolong;
 
@@ -23,9 +24,13 @@ use crate::simd::{Doubles, Floats, Gather, InstructionSet, Integers, Kernel, LAN
 
 pub(crate) use any::AnySampler;
 use level::PacketLevel;
+pub(crate) use number::{LaneNumber, ValuesAndGradients, linear_weights};
 
 /// Sixteen points, axis by axis, in cells of the finest level.
 pub type PacketPoints = [[f64; LANES]; 3];
+
+/// Sixteen gradients, axis by axis: normalised values per cell of the finest level.
+pub type PacketGradients = [[f32; LANES]; 3];
 
 /// Evaluates one method over one field, sixteen points at a time.
 ///
@@ -52,20 +57,66 @@ pub struct PacketSamples {
     pub levels: [i32; LANES],
 }
 
+/// Packets that are sampled one after the other.
+struct Packets<'s, 'a, T, R> {
+    sampler: &'s PacketSampler<'a, T>,
+    packets: &'s [PacketPoints],
+    samples: &'s mut [R],
+}
+
+impl<T: Voxel, R: Record> Kernel for Packets<'_, '_, T, R> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Gather>(self, simd: S) {
+        for (points, samples) in self.packets.iter().zip(self.samples) {
+            *samples = R::of(self.sampler.sample(simd, points, Mask::splat(simd, true)));
+        }
+    }
+}
+
+/// What is handed out about a packet.
+trait Record {
+    /// What packets compute with to find it.
+    type Number<S: Gather>: LaneNumber<S>;
+
+    fn of<S: Gather>(samples: Samples<S, Self::Number<S>>) -> Self;
+}
+
+impl Record for PacketSamples {
+    type Number<S: Gather> = Floats<S>;
+
+    #[inline(always)]
+    fn of<S: Gather>(Samples { values, levels }: Samples<S, Floats<S>>) -> Self {
+        Self { values: *values, levels: *levels }
+    }
+}
+
+impl Record for (PacketSamples, PacketGradients) {
+    type Number<S: Gather> = ValuesAndGradients<S>;
+
+    #[inline(always)]
+    fn of<S: Gather>(Samples { values, levels }: Samples<S, ValuesAndGradients<S>>) -> Self {
+        let ValuesAndGradients { values, gradients: [x, y, z] } = values;
+        (PacketSamples { values: *values, levels: *levels }, [*x, *y, *z])
+    }
+}
+
 /// What a packet of points has found.
 #[derive(Clone, Copy)]
-pub(crate) struct Samples<S: Gather> {
+pub(crate) struct Samples<S: Gather, N> {
     /// The normalised values; NaN in holes, in lanes that were not asked for, and where a non-finite cell takes part.
-    pub(crate) values: Floats<S>,
+    pub(crate) values: N,
     /// The level of each point's leaf cell; -1 in holes and in lanes that were not asked for.
     pub(crate) levels: Integers<S>,
 }
 
 /// A packet on its way.
-struct Packet<S: Gather> {
+struct Packet<S: Gather, N> {
     /// In cells of the finest level, inside the domain.
     points: [Doubles<S>; 3],
-    values: Floats<S>,
+    /// Slopes are per cell of the finest level.
+    values: N,
     /// Of the leaf cells; -1 in holes.
     levels: Integers<S>,
     /// The levels in reach of each point, coarsest and finest.
@@ -106,22 +157,21 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
     /// # Panics
     /// Where there are more packets than places for their samples.
     pub fn sample_packets(&self, set: InstructionSet, packets: &[PacketPoints], samples: &mut [PacketSamples]) {
-        struct Packets<'s, 'a, T> {
-            sampler: &'s PacketSampler<'a, T>,
-            packets: &'s [PacketPoints],
-            samples: &'s mut [PacketSamples],
-        }
-        impl<T: Voxel> Kernel for Packets<'_, '_, T> {
-            type Output = ();
-            #[inline(always)]
-            fn run<S: Gather>(self, simd: S) {
-                let all = Mask::splat(simd, true);
-                for (points, samples) in self.packets.iter().zip(self.samples) {
-                    let Samples { values, levels } = self.sampler.sample(simd, points, all);
-                    *samples = PacketSamples { values: *values, levels: *levels };
-                }
-            }
-        }
+        assert!(packets.len() <= samples.len(), "{} packets, room for {}", packets.len(), samples.len());
+        set.run(Packets { sampler: self, packets, samples });
+    }
+
+    /// [`sample_packets`](Self::sample_packets) with the gradients of the same function, as
+    /// [`Sampler::sample_world_with_gradient`] describes them. Where a value is not finite, its gradient means nothing.
+    ///
+    /// # Panics
+    /// Where there are more packets than places for their samples.
+    pub fn sample_packets_with_gradients(
+        &self,
+        set: InstructionSet,
+        packets: &[PacketPoints],
+        samples: &mut [(PacketSamples, PacketGradients)],
+    ) {
         assert!(packets.len() <= samples.len(), "{} packets, room for {}", packets.len(), samples.len());
         set.run(Packets { sampler: self, packets, samples });
     }
@@ -147,7 +197,12 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
 
     /// The normalised values at the `active` points, which are moved into the domain.
     #[inline(always)]
-    pub(crate) fn sample<S: Gather>(&self, simd: S, points: &PacketPoints, active: Mask<S>) -> Samples<S> {
+    pub(crate) fn sample<S: Gather, N: LaneNumber<S>>(
+        &self,
+        simd: S,
+        points: &PacketPoints,
+        active: Mask<S>,
+    ) -> Samples<S, N> {
         let lanes = lanes_of(active);
         let none = Integers::splat(simd, -1);
         let [x, y, z] = self.domain;
@@ -157,7 +212,7 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
                 Doubles::load(simd, &points[1]).clamp(simd, y),
                 Doubles::load(simd, &points[2]).clamp(simd, z),
             ],
-            values: Floats::splat(simd, f32::NAN),
+            values: N::constant(Floats::splat(simd, f32::NAN)),
             levels: none,
             reach: [none; 2],
         };
@@ -174,7 +229,12 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
 
     /// Finds the region of each point, and the values of those that need but its finest brick. Returns the other lanes.
     #[inline(always)]
-    fn sample_inside<S: Gather>(&self, simd: S, lanes: LaneSet, packet: &mut Packet<S>) -> LaneSet {
+    fn sample_inside<S: Gather, N: LaneNumber<S>>(
+        &self,
+        simd: S,
+        lanes: LaneSet,
+        packet: &mut Packet<S, N>,
+    ) -> LaneSet {
         let method = self.reference.method;
         let cells = self.cells(simd, packet);
         let mut rest = 0;
@@ -196,13 +256,13 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
             let mut found = 0;
             if method == Method::Nearest {
                 let values = self.nearest(simd, region, level, &cells, here);
-                packet.values = mask.select(values, packet.values);
+                packet.values = N::select(mask, N::constant(values), packet.values);
                 found = here;
             } else if one_brick != 0 {
-                let values = self.trilinear(simd, region, level, packet, one_brick);
+                let values: N = self.trilinear(simd, region, level, packet, one_brick);
                 // A corner of weight zero does not take part, not even one that is not a number: the long way knows.
-                found = one_brick & lanes_of(values.is_finite());
-                packet.values = mask_of(simd, found).select(values, packet.values);
+                found = one_brick & lanes_of(values.all_finite());
+                packet.values = N::select(mask_of(simd, found), values, packet.values);
             }
             rest |= here & !found;
         }
@@ -210,19 +270,20 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
     }
 
     /// Trilinear interpolation in one brick, around points in its cells from the first one's centre on. Points outside
-    /// are moved inside.
+    /// are moved inside. Slopes are per cell of the brick.
     #[inline(always)]
-    pub(crate) fn in_brick<S: Gather>(&self, simd: S, brick: usize, point: [Floats<S>; 3]) -> Floats<S> {
+    pub(crate) fn in_brick<S: Gather, N: LaneNumber<S>>(&self, simd: S, brick: usize, point: [Floats<S>; 3]) -> N {
         let brick = &self.bricks[brick];
-        let mut share = point;
+        let mut share = [N::constant(point[0]); 3];
         let mut base = [Integers::splat(simd, 0); 3];
         for axis in 0..3 {
             // The last dual cell is used to its end.
             let last = Integers::splat(simd, (brick.last()[axis] - 1).max(0));
             base[axis] = point[axis].to_int::<Integers<S>>().max(Integers::splat(simd, 0)).min(last);
-            share[axis] -= base[axis].to_float::<Floats<S>>();
+            let rest = point[axis] - base[axis].to_float::<Floats<S>>();
+            share[axis] = N::along(axis, rest, Floats::splat(simd, 1.0));
         }
-        mix(brick.read_dual(simd, &base, LaneSet::MAX, &self.normalisation), share)
+        N::trilinear(&brick.read_dual(simd, &base, LaneSet::MAX, &self.normalisation), share)
     }
 
     /// Whether packets can be sampled at all, or the reference has to do everything.
@@ -232,7 +293,7 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
 
     /// The values of points that need more than one brick.
     #[inline(never)]
-    fn sample_across<S: Gather>(&self, simd: S, lanes: LaneSet, packet: &mut Packet<S>) {
+    fn sample_across<S: Gather, N: LaneNumber<S>>(&self, simd: S, lanes: LaneSet, packet: &mut Packet<S, N>) {
         simd.vectorize(
             #[inline(always)]
             || match self.reference.method {
@@ -255,21 +316,20 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
     /// Takes the values of `lanes` from the reference.
     #[cold]
     #[inline(never)]
-    fn by_reference<S: Gather>(&self, simd: S, lanes: LaneSet, packet: &mut Packet<S>) {
+    fn by_reference<S: Gather, N: LaneNumber<S>>(&self, simd: S, lanes: LaneSet, packet: &mut Packet<S, N>) {
         let points = packet.points.map(Doubles::store);
-        let (mut values, mut levels) = (*packet.values, *packet.levels);
+        let mut levels = *packet.levels;
         for lane in (0..LANES).filter(|lane| lanes >> lane & 1 == 1) {
-            let point = points.map(|axis| axis[lane]);
-            values[lane] = self.normalisation.of_value(self.reference.sample(point));
-            levels[lane] = self.reference.leaf_level(point).map_or(-1, |level| level as i32);
+            let (region, point) = self.reference.place(points.map(|axis| axis[lane]));
+            packet.values.set_lane(lane, self.reference.evaluate_in(region, point), &self.normalisation);
+            levels[lane] = self.index.regions()[region].finest_level().map_or(-1, |level| level as i32);
         }
-        packet.values = Floats::from_slice(simd, &values);
         packet.levels = Integers::from_slice(simd, &levels);
     }
 
     /// The cells of the finest level that hold the points.
     #[inline(always)]
-    fn cells<S: Gather>(&self, simd: S, packet: &Packet<S>) -> PacketCells<S> {
+    fn cells<S: Gather, N>(&self, simd: S, packet: &Packet<S, N>) -> PacketCells<S> {
         let mut cells = [Integers::splat(simd, 0); 3];
         for axis in 0..3 {
             let [low, high] = self.domain[axis];
@@ -301,53 +361,42 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
 
     /// Trilinear interpolation in the region's finest brick, around points of the region's interior.
     #[inline(always)]
-    fn trilinear<S: Gather>(
+    fn trilinear<S: Gather, N: LaneNumber<S>>(
         &self,
         simd: S,
         region: &Region,
         level: usize,
-        packet: &Packet<S>,
+        packet: &Packet<S, N>,
         lanes: LaneSet,
-    ) -> Floats<S> {
-        let Some((_, brick)) = self.index.finest_brick(region, level) else { return Floats::splat(simd, f32::NAN) };
-        let brick = &self.bricks[brick];
-        let (mut base, mut share) = ([Integers::splat(simd, 0); 3], [Floats::splat(simd, 0.0); 3]);
+    ) -> N {
+        let nothing = N::constant(Floats::splat(simd, f32::NAN));
+        let Some((_, brick)) = self.index.finest_brick(region, level) else { return nothing };
+        let (brick, lattice) = (&self.bricks[brick], &self.levels[level]);
+        let (mut base, mut share) = ([Integers::splat(simd, 0); 3], [nothing; 3]);
         for axis in 0..3 {
             let shift = -0.5 - f64::from(brick.low()[axis]);
-            let scale = self.levels[level].scale(axis);
-            let position = packet.points[axis].scaled(simd, self.domain[axis][0], scale, shift);
+            let position = lattice.position::<S, N>(simd, axis, packet.points[axis], self.domain[axis][0], shift);
             // On the interior's high face the last dual cell is used to its end.
             let end = f64::from(brick.last()[axis]).next_down();
-            (base[axis], share[axis]) = position.clamp(simd, [0.0, end]).split(simd);
+            let (cell, rest) = position.clamp(simd, [0.0, end]).split(simd);
+            base[axis] = cell;
+            share[axis] = N::along(axis, rest, Floats::splat(simd, lattice.scale(axis) as f32));
         }
-        mix(brick.read_dual(simd, &base, lanes, &self.normalisation), share)
+        N::trilinear(&brick.read_dual(simd, &base, lanes, &self.normalisation), share)
     }
 }
 
 /// The lanes whose points lie in the region's interior.
 #[inline(always)]
-fn interior<S: Gather>(simd: S, region: &Region, packet: &Packet<S>) -> LaneSet {
+fn interior<S: Gather, N: LaneNumber<S>>(simd: S, region: &Region, packet: &Packet<S, N>) -> LaneSet {
     let [low, high] = region.interior();
     let mut lanes = LaneSet::MAX;
     for axis in 0..3 {
-        lanes &= packet.points[axis].within(simd, [low[axis], high[axis]]);
+        // On the high face slopes are those of the dual cells beyond.
+        let last = if N::HAS_SLOPES { high[axis].next_down() } else { high[axis] };
+        lanes &= packet.points[axis].within(simd, [low[axis], last]);
     }
     lanes
-}
-
-/// Trilinear interpolation between eight corners, x fastest; `share` is that of the high side.
-#[inline(always)]
-fn mix<S: Gather>(corners: [Floats<S>; 8], share: [Floats<S>; 3]) -> Floats<S> {
-    let [a, b, c, d, e, f, g, h] = corners;
-    let [x, y, z] = share;
-    let low = mix_two(mix_two(a, b, x), mix_two(c, d, x), y);
-    let high = mix_two(mix_two(e, f, x), mix_two(g, h, x), y);
-    mix_two(low, high, z)
-}
-
-#[inline(always)]
-fn mix_two<S: Gather>(low: Floats<S>, high: Floats<S>, share: Floats<S>) -> Floats<S> {
-    (high - low).mul_add(share, low)
 }
 
 /// The distinct levels of some lanes.

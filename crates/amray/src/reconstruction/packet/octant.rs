@@ -2,23 +2,23 @@
 
 use fearless_simd::prelude::*;
 
-use super::dual_cell::{DualCells, NO_WEIGHT};
+use super::dual_cell::{DualCells, NO_WEIGHT, interpolate};
 use super::level::PacketLevel;
-use super::{Levels, Packet, PacketSampler, mix};
+use super::{LaneNumber, Levels, Packet, PacketSampler, linear_weights};
 use crate::hierarchy::Voxel;
 use crate::index::{DualDescent, PlaneLanes};
 use crate::simd::{Doubles, Floats, Gather, Integers, LaneSet, lanes_of, mask_of};
 
 /// Values of some lanes, and the lanes that have to be asked elsewhere.
-struct Attempt<S: Gather> {
-    values: Floats<S>,
+struct Attempt<N> {
+    values: N,
     failed: LaneSet,
 }
 
 impl<T: Voxel> PacketSampler<'_, T> {
     /// The values in the octants of the points' leaf cells.
     #[inline(always)]
-    pub(super) fn octant<S: Gather>(&self, simd: S, lanes: LaneSet, packet: &mut Packet<S>) {
+    pub(super) fn octant<S: Gather, N: LaneNumber<S>>(&self, simd: S, lanes: LaneSet, packet: &mut Packet<S, N>) {
         // Finer cells may touch a corner of a leaf cell that is covered in part from inside.
         if self.index.may_cover_partly() {
             return self.by_reference(simd, lanes, packet);
@@ -26,8 +26,8 @@ impl<T: Voxel> PacketSampler<'_, T> {
         let mut failed = 0;
         let mut levels = Levels { of_lanes: packet.levels, left: lanes };
         while let Some((level, lanes)) = levels.next(simd) {
-            let found = self.in_octants(simd, level, &packet.points, lanes);
-            packet.values = mask_of(simd, lanes).select(found.values, packet.values);
+            let found = self.in_octants::<S, N>(simd, level, &packet.points, lanes);
+            packet.values = N::select(mask_of(simd, lanes), found.values, packet.values);
             failed |= lanes & found.failed;
         }
         if failed != 0 {
@@ -37,11 +37,18 @@ impl<T: Voxel> PacketSampler<'_, T> {
 
     /// The values in the octants of the cells of `level` that hold the points, no coarser cell among them.
     #[inline(never)]
-    fn in_octants<S: Gather>(&self, simd: S, level: usize, points: &[Doubles<S>; 3], lanes: LaneSet) -> Attempt<S> {
+    fn in_octants<S: Gather, N: LaneNumber<S>>(
+        &self,
+        simd: S,
+        level: usize,
+        points: &[Doubles<S>; 3],
+        lanes: LaneSet,
+    ) -> Attempt<N> {
         simd.vectorize(
             #[inline(always)]
             || {
-                let octant = Octant::new(simd, &self.dual_cells(simd, level, points, lanes));
+                let lattice = &self.levels[level];
+                let octant = Octant::new(simd, lattice, &self.dual_cells::<S, N>(simd, level, points, lanes));
                 let mut corners = octant.means(simd);
                 let beside_coarser = octant.beside_coarser();
                 let mut failed = lanes & !octant.actual[0];
@@ -49,14 +56,16 @@ impl<T: Voxel> PacketSampler<'_, T> {
                     for corner in 0..8 {
                         let here = beside_coarser[corner] & lanes & !failed;
                         if here != 0 {
-                            let found = self.at_corner(simd, &octant.corner(simd, &self.levels[level], corner), here);
+                            let found = self.at_corner(simd, &octant.corner(simd, lattice, corner), here);
                             corners[corner] = mask_of(simd, here).select(found.values, corners[corner]);
                             failed |= here & found.failed;
                         }
                     }
-                    octant.drop_weightless(simd, &mut corners);
+                    if !N::HAS_SLOPES {
+                        octant.drop_weightless(simd, &mut corners);
+                    }
                 }
-                Attempt { values: mix(corners, octant.share), failed }
+                Attempt { values: interpolate(simd, &corners, &octant.weights), failed }
             },
         )
     }
@@ -64,7 +73,7 @@ impl<T: Voxel> PacketSampler<'_, T> {
     /// The values at octants' corners, in half cells of the finest level from the domain's low corner on: what the
     /// coarsest cells that touch them make of them.
     #[inline(always)]
-    fn at_corner<S: Gather>(&self, simd: S, corner: &[Integers<S>; 3], lanes: LaneSet) -> Attempt<S> {
+    fn at_corner<S: Gather>(&self, simd: S, corner: &[Integers<S>; 3], lanes: LaneSet) -> Attempt<Floats<S>> {
         let mut all = Attempt { values: Floats::splat(simd, f32::NAN), failed: 0 };
         let coarsest = self.coarsest_touching(simd, corner, lanes);
         let touched = lanes & lanes_of(coarsest.simd_lt(self.levels.len() as i32));
@@ -89,7 +98,7 @@ impl<T: Voxel> PacketSampler<'_, T> {
                     let position = Doubles::from_integers(simd, corner[axis]);
                     points[axis] = position.scaled(simd, 0.0, 0.5, self.domain[axis][0]);
                 }
-                let found = self.in_octants(simd, level, &points, inside);
+                let found = self.in_octants::<S, Floats<S>>(simd, level, &points, inside);
                 all.values = mask_of(simd, inside).select(found.values, all.values);
                 all.failed |= inside & found.failed;
             }
@@ -123,7 +132,7 @@ impl<T: Voxel> PacketSampler<'_, T> {
     ) -> Floats<S> {
         let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
         let (cells, planes) = self.touching(simd, level, corner, lanes);
-        let dual = self.read_dual_cells(simd, level, [[zero; 3]; 2], cells, planes);
+        let dual = self.read_dual_cells(simd, level, [[zero; 2]; 3], cells, planes);
         let (mut sum, mut count) = (zero, zero);
         for corner in 0..8 {
             let actual = mask_of(simd, dual.actual[corner]);
@@ -158,9 +167,9 @@ impl<T: Voxel> PacketSampler<'_, T> {
 
 /// A dual cell turned so that the point's own cell comes first: corners count x + 2 y + 4 z, 0 the own cell's side and 1
 /// the other one per axis.
-struct Octant<S: Gather> {
-    /// How far the point is from the cell's centre to its face, per axis.
-    share: [Floats<S>; 3],
+struct Octant<S: Gather, N> {
+    /// The weights of the cell's centre and of its face, per axis.
+    weights: [[N; 2]; 3],
     /// The point's own cell.
     cell: [Integers<S>; 3],
     /// The lanes whose own side is the high one, per axis.
@@ -173,12 +182,12 @@ struct Octant<S: Gather> {
     coarser: [LaneSet; 8],
 }
 
-impl<S: Gather> Octant<S> {
+impl<S: Gather, N: LaneNumber<S>> Octant<S, N> {
     #[inline(always)]
-    fn new(simd: S, dual: &DualCells<S>) -> Self {
+    fn new(simd: S, lattice: &PacketLevel, dual: &DualCells<S, N>) -> Self {
         let zero = Floats::splat(simd, 0.0);
         let mut octant = Self {
-            share: dual.share,
+            weights: dual.weights,
             cell: [Integers::splat(simd, 0); 3],
             turned: [0; 3],
             values: [zero; 8],
@@ -191,10 +200,14 @@ impl<S: Gather> Octant<S> {
             octant.values[corner] = mask_of(simd, octant.actual[corner]).select(dual.values[corner], zero);
         }
         for axis in 0..3 {
-            let turned = dual.share[axis].simd_ge(0.5);
+            let share = dual.weights[axis][1].values();
+            let turned = share.simd_ge(0.5);
             octant.turned[axis] = lanes_of(turned);
             octant.cell[axis] = turned.select(dual.cells[axis][1], dual.cells[axis][0]);
-            octant.share[axis] = dual.share[axis].min(Floats::splat(simd, 1.0) - dual.share[axis]) * 2.0;
+            let one = Floats::splat(simd, 1.0);
+            let outward = share.min(one - share) * 2.0;
+            let slope = Floats::splat(simd, 2.0 * lattice.scale(axis) as f32);
+            octant.weights[axis] = linear_weights(axis, [one - outward, outward], turned.select(-slope, slope));
             octant.turn(simd, axis);
         }
         octant
@@ -275,7 +288,7 @@ impl<S: Gather> Octant<S> {
     fn drop_weightless(&self, simd: S, corners: &mut [Floats<S>; 8]) {
         let zero = Floats::splat(simd, 0.0);
         for axis in 0..3 {
-            let share = self.share[axis];
+            let share = self.weights[axis][1].values();
             let weightless = [share.simd_ge(1.0), share.simd_le(2.0 * NO_WEIGHT)];
             for (corner, value) in corners.iter_mut().enumerate() {
                 *value = weightless[corner >> axis & 1].select(zero, *value);
