@@ -276,7 +276,7 @@ fn lights_and_shadows_change_the_picture() {
     let here = directory.path();
     let path = demo().to_str().unwrap();
     let picture = |flags: &[&str]| {
-        succeeds(here, &[&["render", path, "--size", "32x32", "-o", "p.png"], flags].concat());
+        prints(here, &[&["render", path, "--size", "32x32", "-o", "p.png"], flags].concat());
         std::fs::read(here.join("p.png")).unwrap()
     };
     let plain = picture(&[]);

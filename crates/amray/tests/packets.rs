@@ -61,6 +61,12 @@ where
                         }
                         let expected = self.gradient(&reference, point).map(|slope| slope * normalisation.scale);
                         let slopes = gradients.map(|axis| f64::from(axis[lane]));
+                        // A cell without a number that has no weight at the point itself may still have a slope, or not.
+                        if slopes.iter().any(|slope| !slope.is_finite()) {
+                            let is_beside = points_beside(point).any(|point| !reference.sample(point).is_finite());
+                            prop_assert!(is_beside, "{method}, {} at {point:?}: slopes {slopes:?}", set.name());
+                            continue;
+                        }
                         for (slope, expected) in slopes.into_iter().zip(expected) {
                             // Sums of sixteen and more products of values and weights, each rounded to 1e-7 of itself.
                             let same = (slope - expected).abs() < 1e-5 * (1.0 + expected.abs())
@@ -121,6 +127,15 @@ where
             })
             .collect()
     }
+}
+
+/// Points next to a point, on all its sides.
+fn points_beside(point: [f64; 3]) -> impl Iterator<Item = [f64; 3]> {
+    const NEAR: f64 = 1e-6;
+    let step = |number: i32, axis: u32| f64::from([0, -1, 1][(number / 3i32.pow(axis) % 3) as usize]);
+    (0..27).map(move |number| {
+        std::array::from_fn(|axis| point[axis] + NEAR * (1.0 + point[axis].abs()) * step(number, axis as u32))
+    })
 }
 
 /// A value from 0 to 1 that depends on nothing but the cell.

@@ -80,7 +80,8 @@ fn queried<S: Gather, N: LaneNumber<S>>(
 }
 
 /// Samples a field region by region, sixteen points at a time. Values are normalised; gradients are those of the
-/// normalised values along each axis, per cell of the region's level, exact wherever the value is finite.
+/// normalised values along each axis, per cell of the region's level, exact wherever there is one: next to holes a finite
+/// value may have none.
 pub(crate) trait RegionValues: Sync {
     /// Where a region lies.
     fn frame(&self, region: usize) -> &RegionFrame;
@@ -109,22 +110,23 @@ pub(crate) trait RegionValues: Sync {
         self.in_pure(simd, region, point)
     }
 
-    /// The values at `active` points anywhere in the region.
-    #[inline(always)]
+    /// The values at `active` points anywhere in the region. Far more code than in the pure box: all marchers share it.
+    #[inline(never)]
     fn anywhere<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3], active: Mask<S>) -> Floats<S> {
-        self.in_region(simd, region, point, active)
+        simd.vectorize(
+            #[inline(always)]
+            || self.in_region(simd, region, point, active),
+        )
     }
 
     /// [`pure`](Self::pure) with the gradients.
-    #[allow(dead_code)] // Until shading asks for them.
     #[inline(always)]
     fn pure_with_gradient<S: Gather>(&self, simd: S, region: usize, point: [Floats<S>; 3]) -> ValuesAndGradients<S> {
         self.in_pure(simd, region, point)
     }
 
     /// [`anywhere`](Self::anywhere) with the gradients.
-    #[allow(dead_code)] // Until shading asks for them.
-    #[inline(always)]
+    #[inline(never)]
     fn anywhere_with_gradient<S: Gather>(
         &self,
         simd: S,
@@ -132,6 +134,9 @@ pub(crate) trait RegionValues: Sync {
         point: [Floats<S>; 3],
         active: Mask<S>,
     ) -> ValuesAndGradients<S> {
-        self.in_region(simd, region, point, active)
+        simd.vectorize(
+            #[inline(always)]
+            || self.in_region(simd, region, point, active),
+        )
     }
 }

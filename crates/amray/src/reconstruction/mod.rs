@@ -20,7 +20,7 @@ use number::Number;
 
 pub use method::{Method, UnknownMethod};
 pub use number::ValueAndGradient;
-pub(crate) use packet::{AnySampler, LaneNumber, ValuesAndGradients, linear_weights};
+pub(crate) use packet::{AnySampler, LaneNumber, ValuesAndGradients, linear_weights, made_whole};
 pub use packet::{PacketGradients, PacketPoints, PacketSampler, PacketSamples};
 
 /// Evaluates one method over one field.

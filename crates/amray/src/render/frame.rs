@@ -143,13 +143,16 @@ impl<'a> Frame<'a> {
         if self.lighting.shading == Shading::Emissive {
             return self.run(tile, &March { medium: single, pieces, looks, footprint });
         }
-        let cells = matches!(self.lighting.shading, Shading::Gradient(_)).then_some(&*self.cells);
         let shadows = self.lattices.as_ref().map(|lattices| {
             let occluders = March { medium: single, pieces, looks, footprint: Footprint::OCCLUDERS };
             let index = self.volume.index();
             (lattices, Occlusion::new(occluders, index, &self.lamps, self.lighting, samples_per_cell))
         });
-        let march = March { medium: Steep { single, cells }, pieces, looks, footprint };
+        if let Shading::Isotropic = self.lighting.shading {
+            let march = March { medium: single, pieces, looks, footprint };
+            return self.run(tile, &LitMarch { march, lamps: &self.lamps, shadows });
+        }
+        let march = March { medium: Steep { single, cells: &self.cells }, pieces, looks, footprint };
         self.run(tile, &LitMarch { march, lamps: &self.lamps, shadows })
     }
 

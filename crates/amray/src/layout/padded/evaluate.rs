@@ -6,7 +6,7 @@ use fearless_simd::prelude::*;
 use super::super::{RegionFrame, RegionValues, queried};
 use super::plan::{Combination, OtherAxis, OtherBrick, PaddedBrick, Plan, RegionPlan};
 use super::{FLAG, HOLE, PaddedField};
-use crate::reconstruction::{AnySampler, LaneNumber, Method, linear_weights};
+use crate::reconstruction::{AnySampler, LaneNumber, Method, linear_weights, made_whole};
 use crate::simd::{Floats, Gather, Integers, Mask, Naturals};
 
 /// Evaluates one method over one padded field; the values are units of the field's range.
@@ -382,6 +382,10 @@ impl PaddedValues<'_> {
                 flagged_weight |= flag & counts & hat.values().simd_gt(0.0);
                 missing = N::select(flag, missing, missing + hat);
             }
+        }
+        if N::HAS_SLOPES {
+            // Flagged cells may be there that have a slope alone.
+            missing = made_whole(simd, !flagged_weight, missing);
         }
         Share { sum, weight, flagged, flagged_weight, missing }
     }

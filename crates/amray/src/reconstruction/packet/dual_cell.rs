@@ -3,7 +3,7 @@
 
 use fearless_simd::prelude::*;
 
-use super::{LaneNumber, Packet, PacketSampler, linear_weights};
+use super::{LaneNumber, Packet, PacketSampler, linear_weights, made_whole};
 use crate::hierarchy::Voxel;
 use crate::index::{DualDescent, PlaneLanes};
 use crate::simd::{Doubles, Floats, Gather, Integers, LaneSet, Mask, lanes_of, mask_of};
@@ -63,10 +63,14 @@ impl<T: Voxel> PacketSampler<'_, T> {
             let position = lattice.position::<S, N>(simd, axis, points[axis], self.domain[axis][0], -0.5);
             let (base, rest) = position.split(simd);
             let low = (Doubles::splat(simd, 1.0) - (position - position.floor())).to_floats();
+            // What has no weight has none whether slopes are asked for or not.
+            let sides = [rest.simd_lt(1.0), rest.simd_gt(NO_WEIGHT)];
+            let nothing = Floats::splat(simd, 0.0);
+            let (low, rest) = (sides[0].select(low, nothing), sides[1].select(rest, nothing));
             weights[axis] = linear_weights(axis, [low, rest], Floats::splat(simd, lattice.scale(axis) as f32));
             let mut weighty = [Mask::splat(simd, true); 2];
             if !N::HAS_SLOPES {
-                weighty = [rest.simd_lt(1.0), rest.simd_gt(NO_WEIGHT)];
+                weighty = sides;
             }
             for side in 0..2 {
                 let cell = base + side as i32;
@@ -221,6 +225,10 @@ impl<S: Gather, N: LaneNumber<S>> DualCells<S, N> {
                 *corner &= !actual;
             }
             missing = self.weight(simd, &corners);
+            if N::HAS_SLOPES {
+                // Actual corners may be there that have a slope alone.
+                missing = made_whole(simd, !mask_of(simd, self.any_weight()), missing);
+            }
         }
         Lerp { values: self.mean(simd), missing, any_actual: self.any_actual(), any_weight: self.any_weight() }
     }

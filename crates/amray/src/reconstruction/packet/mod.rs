@@ -24,7 +24,7 @@ use crate::simd::{Doubles, Floats, Gather, InstructionSet, Integers, Kernel, LAN
 
 pub(crate) use any::AnySampler;
 use level::PacketLevel;
-pub(crate) use number::{LaneNumber, ValuesAndGradients, linear_weights};
+pub(crate) use number::{LaneNumber, ValuesAndGradients, linear_weights, made_whole};
 
 /// Sixteen points, axis by axis, in cells of the finest level.
 pub type PacketPoints = [[f64; LANES]; 3];

@@ -75,6 +75,13 @@ pub(crate) fn linear_weights<S: Gather, N: LaneNumber<S>>(
     [N::along(axis, low, -slope), N::along(axis, high, slope)]
 }
 
+/// A sum of hats that is exactly 1 where it is all of them, `whole`, whatever rounding made of it.
+#[inline(always)]
+pub(crate) fn made_whole<S: Gather, N: LaneNumber<S>>(simd: S, whole: Mask<S>, weight: N) -> N {
+    let rest = Floats::splat(simd, 1.0) - weight.values();
+    N::select(whole, weight + N::constant(rest), weight)
+}
+
 /// Sixteen values and their gradients: dual numbers, whose arithmetic carries derivatives along (forward-mode
 /// differentiation). Where a value is not finite, its gradient means nothing.
 #[derive(Clone, Copy)]

@@ -11,7 +11,7 @@ use super::packet::{PACKETS, Packets};
 use super::traverse::{Span, Stack};
 use super::{RenderStatistics, Trace};
 use crate::appearance::{Absorbed, Radiance, attenuate};
-use crate::simd::{Floats, Gather};
+use crate::simd::{Floats, Gather, Mask};
 
 pub(super) use lamps::Lamps;
 use lamps::Reflector;
@@ -99,24 +99,46 @@ impl<S: Gather, M: Sloped, O: Occluders> Collector<S, M> for Lit<'_, S, O> {
         }
         // Most of the light comes from the front of what is dense.
         let behind = (alpha * alpha).mul_add(Floats::splat(simd, 0.2), Floats::splat(simd, 0.5));
-        let place = self.packets[number].at(end - length * behind);
-        let mut arriving = match self.here {
-            Some(light) => light.arriving(simd, &place),
-            None => Arriving::all(simd),
-        };
-        if let (Some(here), Some((lattices, _))) = (self.here, self.shadows) {
-            // The interval may have begun in the part before.
-            let outside = rays & !here.holds(simd, &place);
-            if outside.any_true() {
-                arriving = lattices.elsewhere(simd, &place, outside, arriving);
-            }
-        }
-        let reflector = Reflector::of_volume(simd, &self.packets[number], self.lamps, place, M::gradient(ends));
-        let reflected = self.lamps.reflect(simd, &reflector, &arriving, (color, opacity));
+        let at = end - length * behind;
+        let reflected = self.reflected(simd, number, (at, rays), M::gradient(simd, ends), (color, opacity));
         for channel in 0..3 {
             // What other rays have may be no number.
             let sum = light.color[channel] + reflected[channel];
             light.color[channel] = rays.select(sum, light.color[channel]);
         }
+    }
+}
+
+impl<S: Gather, O: Occluders> Lit<'_, S, O> {
+    /// What comes to the eye from a packet's `rays` at `at`, where the volume has a colour times its opacity.
+    #[inline(never)]
+    fn reflected(
+        &self,
+        simd: S,
+        number: usize,
+        (at, rays): (Floats<S>, Mask<S>),
+        gradient: [Floats<S>; 3],
+        (color, opacity): ([Floats<S>; 3], Floats<S>),
+    ) -> [Floats<S>; 3] {
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let packet = &self.packets[number];
+                let place = packet.at(at);
+                let mut arriving = match self.here {
+                    Some(light) => light.arriving(simd, &place),
+                    None => Arriving::all(simd),
+                };
+                if let (Some(here), Some((lattices, _))) = (self.here, self.shadows) {
+                    // The interval may have begun in the part before.
+                    let outside = rays & !here.holds(simd, &place);
+                    if outside.any_true() {
+                        arriving = lattices.elsewhere(simd, &place, outside, arriving);
+                    }
+                }
+                let reflector = Reflector::of_volume(simd, packet, self.lamps, place, gradient);
+                self.lamps.reflect(simd, &reflector, &arriving, (color, opacity))
+            },
+        )
     }
 }

@@ -6,20 +6,28 @@ use super::super::visibility::SeenLook;
 use super::medium::{Interval, Medium, Points, Single, SingleHere};
 use crate::appearance::Place;
 use crate::layout::{RegionFrame, RegionValues};
+use crate::reconstruction::ValuesAndGradients;
 use crate::simd::{Floats, Gather, Mask};
 
 /// A medium whose samples may have gradients.
 pub(in super::super) trait Sloped: Medium {
-    /// The gradient between two samples: of the position in the transfer function, per longest side of the domain; none
-    /// where gradients are not wanted.
-    fn gradient<S: Gather>(ends: [&Self::Sample<S>; 2]) -> [Floats<S>; 3];
+    /// The gradient between two samples: of the position in the transfer function, per longest side of the domain.
+    fn gradient<S: Gather>(simd: S, ends: [&Self::Sample<S>; 2]) -> [Floats<S>; 3];
+}
+
+/// Without gradients, what reflects does so alike in all directions.
+impl<V: RegionValues> Sloped for Single<'_, V> {
+    #[inline(always)]
+    fn gradient<S: Gather>(simd: S, _ends: [&Place<S>; 2]) -> [Floats<S>; 3] {
+        [Floats::splat(simd, 0.0); 3]
+    }
 }
 
 /// One field under one transfer function, with gradients.
 pub(in super::super) struct Steep<'a, V> {
     pub(in super::super) single: Single<'a, V>,
-    /// Per level, the domain's longest side over the cell size; `None` where gradients are not wanted.
-    pub(in super::super) cells: Option<&'a [[f32; 3]]>,
+    /// Per level, the domain's longest side over the cell size.
+    pub(in super::super) cells: &'a [[f32; 3]],
 }
 
 /// A place with the gradient there.
@@ -31,7 +39,7 @@ pub(in super::super) struct SteepPlace<S: Gather> {
 
 impl<V: RegionValues> Sloped for Steep<'_, V> {
     #[inline(always)]
-    fn gradient<S: Gather>([from, to]: [&SteepPlace<S>; 2]) -> [Floats<S>; 3] {
+    fn gradient<S: Gather>(_simd: S, [from, to]: [&SteepPlace<S>; 2]) -> [Floats<S>; 3] {
         let mut sum = from.gradient;
         for axis in 0..3 {
             sum[axis] = (sum[axis] + to.gradient[axis]) * 0.5;
@@ -82,23 +90,16 @@ impl<V: RegionValues> Medium for Steep<'_, V> {
         point: [Floats<S>; 3],
         points: Points<S>,
     ) -> SteepPlace<S> {
-        let values = &self.single.values;
-        let value = match points {
-            Points::Pure => values.pure(simd, region, point),
-            Points::Anywhere(active) => values.anywhere(simd, region, point, active),
+        let Single { values, how } = &self.single;
+        let ValuesAndGradients { values, gradients: mut gradient } = match points {
+            Points::Pure => values.pure_with_gradient(simd, region, point),
+            Points::Anywhere(active) => values.anywhere_with_gradient(simd, region, point, active),
         };
-        let place = self.single.how.segments.place(simd, value, here.window);
-        let mut gradient = [Floats::splat(simd, 0.0); 3];
-        let Some(cells) = self.cells else { return SteepPlace { place, gradient } };
-        let slope = self.single.how.segments.position_slope(simd, value);
-        let cells = &cells[usize::from(self.frame(region).level.unwrap_or(0))];
+        let place = how.segments.place(simd, values, here.window);
+        let slope = how.segments.position_slope(simd, values);
+        let cells = &self.cells[usize::from(self.frame(region).level.unwrap_or(0))];
         for axis in 0..3 {
-            let mut beside = point;
-            beside[axis] += 0.25;
-            let ahead = values.anywhere(simd, region, beside, Mask::splat(simd, true));
-            beside[axis] -= 0.5;
-            let behind = values.anywhere(simd, region, beside, Mask::splat(simd, true));
-            gradient[axis] = (ahead - behind) * 2.0 * slope * Floats::splat(simd, cells[axis]);
+            gradient[axis] *= slope * Floats::splat(simd, cells[axis]);
         }
         SteepPlace { place, gradient }
     }
