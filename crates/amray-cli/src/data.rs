@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use amray::Volume;
+use amray::hierarchy::Field;
 use amray::index::Index;
 use amray::reconstruction::Method;
 use amray_formats::{DataSet, OpenOptions, find_field, open};
@@ -43,6 +44,7 @@ pub(crate) struct VolumeArguments {
 /// A volume, and how long it took to get it.
 pub(crate) struct Opened {
     pub(crate) volume: Volume,
+    data: Box<dyn DataSet>,
     /// Seconds to open the files and read or map the field.
     pub(crate) open_seconds: f64,
     /// Seconds to build the index.
@@ -108,16 +110,27 @@ impl VolumeArguments {
         for warning in warnings(&*data) {
             note(&format!("amray: warning: {}: {warning}", self.data.path.display()));
         }
-        let number = self.data.field_number(&*data, self.field.as_deref())?;
-        let mut field = with_progress("reading", |progress| data.read_field(number, progress))?;
-        if self.restrict {
-            field = with_spinner("restricting", || field.restricted(data.hierarchy()));
-        }
+        let field = self.read(&*data, self.field.as_deref())?;
         let open_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let index = with_spinner("indexing", || Arc::new(Index::build(data.hierarchy().clone())));
         let volume = Volume::new(index, field, self.method);
-        Ok(Opened { volume, open_seconds, index_seconds: start.elapsed().as_secs_f64() })
+        Ok(Opened { volume, data, open_seconds, index_seconds: start.elapsed().as_secs_f64() })
+    }
+
+    /// Another field of a data set that is open.
+    pub(crate) fn other_field(&self, opened: &Opened, name: &str) -> anyhow::Result<Volume> {
+        let field = self.read(&*opened.data, Some(name))?;
+        Ok(Volume::new(opened.volume.index().clone(), field, self.method))
+    }
+
+    fn read(&self, data: &dyn DataSet, name: Option<&str>) -> anyhow::Result<Field> {
+        let number = self.data.field_number(data, name)?;
+        let field = with_progress("reading", |progress| data.read_field(number, progress))?;
+        Ok(match self.restrict {
+            true => with_spinner("restricting", || field.restricted(data.hierarchy())),
+            false => field,
+        })
     }
 }
 

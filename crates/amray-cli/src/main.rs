@@ -13,6 +13,7 @@ mod render;
 mod sample;
 mod sampling;
 mod slice;
+mod surfaces;
 mod view;
 mod view_file;
 

@@ -18,6 +18,7 @@ use crate::data::{DataArguments, Opened, VolumeArguments};
 use crate::lighting::LightingArguments;
 use crate::progress::{with_progress, with_spinner};
 use crate::sampling::{LayoutName, SamplingArguments};
+use crate::surfaces::SurfaceArguments;
 use crate::view::ViewArguments;
 use crate::view_file::{View, ViewName};
 use crate::{memory, number, print};
@@ -44,6 +45,8 @@ pub(crate) struct Arguments {
     appearance: AppearanceArguments,
     #[command(flatten)]
     lighting: LightingArguments,
+    #[command(flatten)]
+    surfaces: SurfaceArguments,
     /// Multiply all opacities
     #[arg(long, value_name = "A", default_value = "1", value_parser = number::positive)]
     opacity: f64,
@@ -120,6 +123,7 @@ impl Arguments {
             view: ViewArguments::default(),
             appearance: AppearanceArguments::default(),
             lighting: LightingArguments::default(),
+            surfaces: SurfaceArguments::default(),
             opacity: 1.0,
             unit_distance: None,
             samples_per_cell: 1.0,
@@ -158,8 +162,10 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     let view = view.as_ref();
     let size = arguments.size.or(view.and_then(|view| view.size)).unwrap_or(SIZE);
     let field = arguments.volume.field.clone().or(view.and_then(|view| view.field.clone()));
-    let Opened { volume, open_seconds, index_seconds } =
-        VolumeArguments { field, ..arguments.volume.clone() }.open()?;
+    let opened = VolumeArguments { field, ..arguments.volume.clone() }.open()?;
+    let colors = |data: &_, volume: &_| AppearanceArguments::default().transfer_function(data, volume);
+    let painters = arguments.surfaces.painters(&arguments.volume, &opened, colors)?;
+    let Opened { volume, open_seconds, index_seconds, .. } = opened;
     let start = Instant::now();
     with_spinner("value ranges", || volume.ranges());
     let index_seconds = index_seconds + start.elapsed().as_secs_f64();
@@ -181,11 +187,17 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         integration: arguments.sampling.preintegrate.into(),
         adaptive: !arguments.sampling.every_cell,
     };
-    if options.engine == Engine::Query && lighting.shading != Shading::Emissive {
-        anyhow::bail!("--engine query draws volumes that glow: drop --shading, --shadows, --ao and --light, or march");
+    let is_plain = lighting.shading == Shading::Emissive && arguments.surfaces.is_empty();
+    if options.engine == Engine::Query && !is_plain {
+        anyhow::bail!(
+            "--engine query draws volumes that glow, and nothing else: drop --shading, --shadows, --ao, --light, --iso \
+             and --slice, or march"
+        );
     }
-    let function = function.scaled_opacity(arguments.opacity);
-    let scene = Scene { lighting, ..Scene::new(&volume, function, unit_distance, camera) };
+    let surfaces = arguments.surfaces.surfaces(&volume, &function, &painters);
+    let opacity = if arguments.surfaces.hide_volume { 0.0 } else { arguments.opacity };
+    let function = function.scaled_opacity(opacity);
+    let scene = Scene { lighting, surfaces, ..Scene::new(&volume, function, unit_distance, camera) };
     let start = Instant::now();
     if let Engine::March(layout) = options.engine {
         with_spinner("preparing", || volume.prepare(layout));

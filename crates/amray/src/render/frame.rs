@@ -3,10 +3,11 @@
 use fearless_simd::prelude::*;
 use glam::DVec3;
 
-use super::lit::{Density, Lamps, Lattices, LitMarch, Occlusion};
+use super::lit::{Density, Lamps, Lattices, LitMarch, Obstacles, Occlusion};
 use super::march::{Footprint, How, March, Single, Steep, lengths};
 use super::packet::{PACKETS, Packet, SIDE};
 use super::query::Query;
+use super::surface::{SurfacePlan, Surfaces, WithSurfaces};
 use super::traverse::Span;
 use super::visibility::{NodeLook, Visibility, steps};
 use super::{Engine, Layout, RenderOptions, RenderStatistics, Trace};
@@ -29,6 +30,7 @@ pub(super) struct Frame<'a> {
     /// Where light may not arrive: how much of it does.
     lattices: Option<Lattices<'a>>,
     lighting: &'a Lighting,
+    surfaces: Option<SurfacePlan<'a>>,
     /// Per level, the domain's longest side over the cell size.
     cells: Vec<[f32; 3]>,
     plane: PicturePlane,
@@ -63,7 +65,7 @@ impl<'a> Frame<'a> {
         let segments = Segments::new(&function, normalisation.low, normalisation.scale.recip());
         let looks = |pieces| {
             let adaptive = options.adaptive;
-            let is_lit = scene.lighting.may_be_missing();
+            let is_lit = scene.lighting.dims_volumes();
             Visibility::new(volume, (pieces, normalisation), &function, &segments, adaptive, is_lit).looks()
         };
         let source = match options.engine {
@@ -86,10 +88,11 @@ impl<'a> Frame<'a> {
             Source::InPlace { plan, .. } => Some(&*plan.pieces),
             Source::Query(_) => None,
         };
-        let lattices = pieces.filter(|_| scene.lighting.may_be_missing()).map(|pieces| {
+        let lattices = pieces.filter(|_| scene.lighting.dims_volumes()).map(|pieces| {
             let density = Density { pieces, normalisation, function };
             Lattices::new(volume.index(), vec![density], &scene.lighting, options.samples_per_cell)
         });
+        let surfaces = pieces.and_then(|pieces| SurfacePlan::new(volume, &scene.surfaces, pieces));
         let cells = |level: &Level| level.cell_size().map(|size| (hierarchy.longest_side() / size) as f32);
         Self {
             volume,
@@ -99,6 +102,7 @@ impl<'a> Frame<'a> {
             lamps: Lamps::new(&scene.lighting, hierarchy),
             lattices,
             lighting: &scene.lighting,
+            surfaces,
             cells: hierarchy.levels().iter().map(cells).collect(),
             plane: scene.camera.picture_plane(options.size),
             options: *options,
@@ -140,20 +144,37 @@ impl<'a> Frame<'a> {
         let footprint = if adaptive { self.plane.footprint(samples_per_cell) } else { Footprint::NONE };
         let how = How { segments: &self.segments, integration, is_finite: values.is_finite() };
         let single = Single { values, how };
-        if self.lighting.shading == Shading::Emissive {
-            return self.run(tile, &March { medium: single, pieces, looks, footprint });
-        }
-        let shadows = self.lattices.as_ref().map(|lattices| {
-            let occluders = March { medium: single, pieces, looks, footprint: Footprint::OCCLUDERS };
-            let index = self.volume.index();
-            (lattices, Occlusion::new(occluders, index, &self.lamps, self.lighting, samples_per_cell))
+        let march = March { medium: single, pieces, looks, footprint };
+        let surfaces = self.surfaces.as_ref().map(|plan| Surfaces { plan, values, pieces });
+        let occlusion = self.lighting.may_be_missing().then(|| {
+            let march = March { medium: single, pieces, looks, footprint: Footprint::OCCLUDERS };
+            let obstacles = Obstacles { march, surfaces };
+            Occlusion::new(obstacles, self.volume.index(), &self.lamps, self.lighting, samples_per_cell)
         });
-        if let Shading::Isotropic = self.lighting.shading {
-            let march = March { medium: single, pieces, looks, footprint };
-            return self.run(tile, &LitMarch { march, lamps: &self.lamps, shadows });
+        let occlusion = occlusion.as_ref();
+        let (lamps, shadows) = (&self.lamps, self.lattices.as_ref().zip(occlusion));
+        match self.lighting.shading {
+            Shading::Emissive => self.among(tile, &march, surfaces, occlusion),
+            Shading::Isotropic => self.among(tile, &LitMarch { march, lamps, shadows }, surfaces, occlusion),
+            Shading::Gradient(_) => {
+                let march = March { medium: Steep { single, cells: &self.cells }, pieces, looks, footprint };
+                self.among(tile, &LitMarch { march, lamps, shadows }, surfaces, occlusion)
+            }
         }
-        let march = March { medium: Steep { single, cells: &self.cells }, pieces, looks, footprint };
-        self.run(tile, &LitMarch { march, lamps: &self.lamps, shadows })
+    }
+
+    /// Runs an engine, among surfaces if there are any.
+    fn among<E: Trace, V: RegionValues + Copy>(
+        &self,
+        tile: Tile,
+        engine: &E,
+        surfaces: Option<Surfaces<V>>,
+        occlusion: Option<&Occlusion<Obstacles<V>>>,
+    ) -> (Vec<[f32; 4]>, RenderStatistics) {
+        match surfaces {
+            Some(surfaces) => self.run(tile, &WithSurfaces { engine, surfaces, lamps: &self.lamps, occlusion }),
+            None => self.run(tile, engine),
+        }
     }
 
     fn run<E: Trace>(&self, tile: Tile, engine: &E) -> (Vec<[f32; 4]>, RenderStatistics) {
@@ -198,7 +219,7 @@ impl<E: Trace> Kernel for TileKernel<'_, E> {
                 }
                 statistics.ray_length += f64::from(simd.reduce_sum_f32x16(lengths(simd, &span, &inside)));
                 let mut lights = [Radiance::none(simd); PACKETS];
-                engine.trace(simd, &packets, &span, &mut lights, &mut scratch, &mut statistics);
+                engine.trace_apart(simd, &packets, &span, &mut lights, &mut scratch, &mut statistics);
                 for packet in 0..PACKETS {
                     let Radiance { color: [red, green, blue], transmittance } = lights[packet];
                     let alpha = Floats::splat(simd, 1.0) - transmittance;

@@ -7,8 +7,10 @@ mod march;
 mod packet;
 mod query;
 mod slice;
+mod surface;
 mod traverse;
 mod visibility;
+mod walk;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -120,6 +122,23 @@ trait Trace: Sync {
         scratch: &mut Self::Scratch<S>,
         statistics: &mut RenderStatistics,
     );
+
+    /// [`trace`](Self::trace) as code of its own: engines are large.
+    #[inline(never)]
+    fn trace_apart<S: Gather>(
+        &self,
+        simd: S,
+        packets: &Packets<S>,
+        span: &Span<S>,
+        lights: &mut [Radiance<S>; PACKETS],
+        scratch: &mut Self::Scratch<S>,
+        statistics: &mut RenderStatistics,
+    ) {
+        simd.vectorize(
+            #[inline(always)]
+            || self.trace(simd, packets, span, lights, scratch, statistics),
+        );
+    }
 }
 
 /// Renders a scene.

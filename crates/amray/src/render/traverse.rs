@@ -23,7 +23,7 @@ pub(super) trait Visitor<S: Gather> {
     fn begun(&self) -> &Masks<S>;
 
     /// Rays pass a node in which nothing is seen.
-    fn skip(&mut self, span: &Span<S>, rays: &Masks<S>);
+    fn skip(&mut self, node: usize, span: &Span<S>, rays: &Masks<S>);
 
     /// The packets go through a node that lies in a region, which is seen or not.
     fn visit(&mut self, node_and_region: (usize, usize), look: Option<&SeenLook>, span: &Span<S>, rays: &Masks<S>);
@@ -60,7 +60,7 @@ pub(super) fn traverse<S: Gather>(
                     ending[packet] &= visitor.begun()[packet];
                     rays[packet] &= !visitor.begun()[packet];
                 }
-                visitor.skip(&span, &rays);
+                visitor.skip(place, &span, &rays);
                 rays = ending;
             }
             if none_of(&rays) {

@@ -146,7 +146,12 @@ impl Lighting {
     /// Whether light can be kept from arriving, by shadows or occlusion.
     pub(crate) fn may_be_missing(&self) -> bool {
         let shadows = self.shadows && self.lights.iter().any(Light::casts_shadows);
-        self.shading != Shading::Emissive && (shadows || self.ambient_occlusion.is_some())
+        shadows || self.ambient_occlusion.is_some()
+    }
+
+    /// Whether volumes take part in that: those that glow do not.
+    pub(crate) fn dims_volumes(&self) -> bool {
+        self.shading != Shading::Emissive && self.may_be_missing()
     }
 
     /// # Errors

@@ -3,6 +3,7 @@
 mod camera;
 mod lighting;
 mod look;
+mod surface;
 
 use crate::Volume;
 use crate::appearance::TransferFunction;
@@ -11,6 +12,7 @@ pub(crate) use camera::PicturePlane;
 pub use camera::{Camera, CameraError, CameraRay, Projection, Viewpoint};
 pub use lighting::{AmbientOcclusion, Light, Lighting, LightingError, Material, SHADOW_LIGHTS, Shading};
 pub use look::{Look, LookError};
+pub use surface::{Paint, Shape, Surface};
 
 /// Everything that decides what a picture shows.
 #[derive(Clone, Debug)]
@@ -25,11 +27,13 @@ pub struct Scene<'a> {
     pub camera: Camera,
     /// What lights it.
     pub lighting: Lighting,
+    /// What else is there. [`Engine::Query`](crate::render::Engine::Query) leaves it out.
+    pub surfaces: Vec<Surface<'a>>,
 }
 
 impl<'a> Scene<'a> {
-    /// A volume that glows in its own colours.
+    /// A volume alone that glows in its own colours.
     pub fn new(volume: &'a Volume, transfer_function: TransferFunction, unit_distance: f64, camera: Camera) -> Self {
-        Self { volume, transfer_function, unit_distance, camera, lighting: Lighting::default() }
+        Self { volume, transfer_function, unit_distance, camera, lighting: Lighting::default(), surfaces: Vec::new() }
     }
 }

@@ -1,4 +1,5 @@
 //! What tests of pictures share: volumes, looks, views, and how far two pictures differ.
+#![allow(dead_code)] // Each file of tests takes what it needs.
 
 use std::sync::Arc;
 

@@ -39,7 +39,7 @@ pub(super) enum Source {
 }
 
 /// Sixteen points that reflect light.
-pub(super) struct Reflector<S: Gather> {
+pub(in super::super) struct Reflector<S: Gather> {
     material: Material,
     /// Where they are, in cells of the finest level.
     place: [Doubles<S>; 3],
@@ -97,7 +97,7 @@ impl Lamps {
 
     /// What reflectors of a colour (times their opacity) and an opacity send to the eye of the light that arrives.
     #[inline(always)]
-    pub(super) fn reflect<S: Gather>(
+    pub(in super::super) fn reflect<S: Gather>(
         &self,
         simd: S,
         reflector: &Reflector<S>,
@@ -180,8 +180,8 @@ impl Lamps {
 }
 
 impl<S: Gather> Reflector<S> {
-    /// Points of a volume on a packet's rays, in cells of the finest level, where the transfer function's position has a gradient per longest
-    /// side of the domain; where it is 0, they reflect alike in all directions.
+    /// Points of a volume on a packet's rays, in cells of the finest level, where the transfer function's position has a
+    /// gradient per longest side of the domain; where it is 0, they reflect alike in all directions.
     #[inline(always)]
     pub(super) fn of_volume(
         simd: S,
@@ -190,26 +190,69 @@ impl<S: Gather> Reflector<S> {
         place: [Doubles<S>; 3],
         gradient: [Floats<S>; 3],
     ) -> Self {
-        let zero = Floats::splat(simd, 0.0);
-        let mut view = [zero; 3];
-        for axis in 0..3 {
-            view[axis] = packet.direction[axis].to_floats() * Floats::splat(simd, -lamps.cell_size[axis] as f32);
-        }
-        let (material, mut normal) = (lamps.material, gradient);
-        let square = dot(&normal, &normal);
-        // A gradient that is no number is none.
-        let square = square.simd_lt(Floats::splat(simd, f32::MAX)).select(square, zero);
-        let inverse = Floats::splat(simd, 1.0) / square.max(Floats::splat(simd, f32::MIN_POSITIVE)).sqrt();
-        let inverse = square.simd_gt(zero).select(inverse, zero);
-        // On the eye's side.
-        let behind = dot(&normal, &view).simd_lt(zero);
-        let inverse = behind.select(-inverse, inverse);
-        for axis in 0..3 {
-            normal[axis] = inverse.simd_eq(zero).select(zero, normal[axis] * inverse);
-        }
+        let view = lamps.view(simd, packet);
+        let (normal, square) = toward(simd, &view, gradient);
         let half = Floats::splat(simd, HALF_GRADIENT * HALF_GRADIENT);
-        Self { material, place, view, normal, strength: square / (square + half) }
+        Self { material: lamps.material, place, view, normal, strength: square / (square + half) }
     }
+
+    /// Points of surfaces on a packet's rays, with their normals of length 1; where these are 0, the surface faces the
+    /// eye.
+    #[inline(always)]
+    pub(in super::super) fn of_surface(
+        simd: S,
+        packet: &Packet<S>,
+        lamps: &Lamps,
+        material: Material,
+        (place, normal): ([Doubles<S>; 3], [Floats<S>; 3]),
+    ) -> Self {
+        Self { material, place, view: lamps.view(simd, packet), normal, strength: Floats::splat(simd, 1.0) }
+    }
+}
+
+impl Lamps {
+    /// Directions to the eye.
+    #[inline(always)]
+    fn view<S: Gather>(&self, simd: S, packet: &Packet<S>) -> [Floats<S>; 3] {
+        let mut view = [Floats::splat(simd, 0.0); 3];
+        for axis in 0..3 {
+            view[axis] = packet.direction[axis].to_floats() * Floats::splat(simd, -self.cell_size[axis] as f32);
+        }
+        view
+    }
+
+    /// Normals of length 1 on the eye's side, along directions of any length; where one is 0 or no number, toward the eye.
+    #[inline(always)]
+    pub(in super::super) fn toward_eye<S: Gather>(
+        &self,
+        simd: S,
+        packet: &Packet<S>,
+        directions: [Floats<S>; 3],
+    ) -> [Floats<S>; 3] {
+        let view = self.view(simd, packet);
+        let (mut normals, square) = toward(simd, &view, directions);
+        for axis in 0..3 {
+            normals[axis] = square.simd_gt(Floats::splat(simd, 0.0)).select(normals[axis], view[axis]);
+        }
+        normals
+    }
+}
+
+/// Directions made 1 long and turned to the side of others, and the squares of the lengths that they had; 0 where that
+/// is no number.
+#[inline(always)]
+fn toward<S: Gather>(simd: S, side: &[Floats<S>; 3], directions: [Floats<S>; 3]) -> ([Floats<S>; 3], Floats<S>) {
+    let (mut normal, zero) = (directions, Floats::splat(simd, 0.0));
+    let square = dot(&normal, &normal);
+    let square = square.simd_lt(Floats::splat(simd, f32::MAX)).select(square, zero);
+    let inverse = Floats::splat(simd, 1.0) / square.max(Floats::splat(simd, f32::MIN_POSITIVE)).sqrt();
+    let inverse = square.simd_gt(zero).select(inverse, zero);
+    let behind = dot(&normal, side).simd_lt(zero);
+    let inverse = behind.select(-inverse, inverse);
+    for axis in 0..3 {
+        normal[axis] = inverse.simd_eq(zero).select(zero, normal[axis] * inverse);
+    }
+    (normal, square)
 }
 
 #[inline(always)]

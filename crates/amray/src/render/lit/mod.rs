@@ -13,19 +13,18 @@ use super::{RenderStatistics, Trace};
 use crate::appearance::{Absorbed, Radiance, attenuate};
 use crate::simd::{Floats, Gather, Mask};
 
-pub(super) use lamps::Lamps;
-use lamps::Reflector;
+pub(super) use lamps::{Lamps, Reflector};
 use lattice::LightHere;
 pub(super) use lattice::{Density, Lattices};
-pub(super) use occlusion::Occlusion;
-use occlusion::{Arriving, Occluders};
+use occlusion::Occluders;
+pub(super) use occlusion::{Arriving, Asked, Kind, Obstacles, Occlusion};
 
 /// Marches through a volume that reflects light.
 pub(super) struct LitMarch<'a, M, O> {
     pub(super) march: March<'a, M>,
     pub(super) lamps: &'a Lamps,
     /// `None` where all light arrives.
-    pub(super) shadows: Option<(&'a Lattices<'a>, Occlusion<'a, O>)>,
+    pub(super) shadows: Option<(&'a Lattices<'a>, &'a Occlusion<'a, O>)>,
 }
 
 impl<M: Sloped, O: Occluders> Trace for LitMarch<'_, M, O> {
@@ -43,8 +42,7 @@ impl<M: Sloped, O: Occluders> Trace for LitMarch<'_, M, O> {
     ) {
         let Self { march, lamps, shadows } = self;
         let inner = RenderStatistics::default();
-        let shadows = shadows.as_ref();
-        let mut lit = Lit { lamps, shadows, here: None, packets, stack: inner_stack, statistics: inner };
+        let mut lit = Lit { lamps, shadows: *shadows, here: None, packets, stack: inner_stack, statistics: inner };
         march.collect(simd, packets, span, (&mut lit, lights), stack, statistics);
         statistics.secondary_rays += lit.statistics.secondary_rays;
         statistics.samples += lit.statistics.samples;
@@ -54,7 +52,7 @@ impl<M: Sloped, O: Occluders> Trace for LitMarch<'_, M, O> {
 /// Collects the light that a volume reflects.
 struct Lit<'a, S: Gather, O> {
     lamps: &'a Lamps,
-    shadows: Option<&'a (&'a Lattices<'a>, Occlusion<'a, O>)>,
+    shadows: Option<(&'a Lattices<'a>, &'a Occlusion<'a, O>)>,
     /// The light in the part of the volume that rays are in.
     here: Option<&'a LightHere>,
     packets: &'a Packets<S>,

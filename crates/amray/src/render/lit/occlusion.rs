@@ -3,11 +3,13 @@
 use fearless_simd::prelude::*;
 
 use super::super::RenderStatistics;
-use super::super::march::{Dimming, March, Medium};
+use super::super::march::{Dimming, March, Single};
 use super::super::packet::{Bundle, PACKETS, Packet, Packets};
+use super::super::surface::Surfaces;
 use super::super::traverse::{Span, Stack};
 use super::lamps::{Lamps, Source, dot};
 use crate::index::Index;
+use crate::layout::RegionValues;
 use crate::scene::{AmbientOcclusion, Lighting, SHADOW_LIGHTS};
 use crate::simd::{Doubles, Floats, Gather, Mask};
 
@@ -25,7 +27,13 @@ pub(in super::super) trait Occluders: Sync {
     );
 }
 
-impl<M: Medium> Occluders for March<'_, M> {
+/// A volume with surfaces in it.
+pub(in super::super) struct Obstacles<'a, V> {
+    pub(in super::super) march: March<'a, Single<'a, V>>,
+    pub(in super::super) surfaces: Option<Surfaces<'a, V>>,
+}
+
+impl<V: RegionValues + Copy> Occluders for Obstacles<'_, V> {
     #[inline(always)]
     fn dim<S: Gather>(
         &self,
@@ -36,7 +44,10 @@ impl<M: Medium> Occluders for March<'_, M> {
         stack: &mut Stack<S>,
         statistics: &mut RenderStatistics,
     ) {
-        self.collect(simd, packets, span, (&mut Dimming, through), stack, statistics);
+        if let Some(surfaces) = &self.surfaces {
+            surfaces.dim(simd, packets, span, through, stack);
+        }
+        self.march.collect(simd, packets, span, (&mut Dimming, through), stack, statistics);
     }
 }
 
@@ -51,17 +62,17 @@ pub(in super::super) struct Occlusion<'a, O> {
 
 /// Points at which it is asked for.
 #[derive(Clone, Copy)]
-pub(super) struct Asked<S: Gather> {
-    pub(super) rays: Mask<S>,
+pub(in super::super) struct Asked<S: Gather> {
+    pub(in super::super) rays: Mask<S>,
     /// In cells of the finest level.
-    pub(super) place: [Doubles<S>; 3],
+    pub(in super::super) place: [Doubles<S>; 3],
     /// What is nearer than this throws no shadow.
-    pub(super) skipped: Floats<S>,
+    pub(in super::super) skipped: Floats<S>,
 }
 
 /// Light that is found out about together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Kind {
+pub(in super::super) enum Kind {
     /// The shares of the lights that cast shadows which arrive.
     Direct,
     /// What share of the ambient light is missing; and the mean of the directions that it is missing from, times that.
@@ -69,20 +80,20 @@ pub(super) enum Kind {
 }
 
 /// How many numbers tell what arrives of any kind, at most.
-pub(super) const NUMBERS: usize = SHADOW_LIGHTS;
+pub(in super::super) const NUMBERS: usize = SHADOW_LIGHTS;
 /// What arrives of one kind of light.
-pub(super) type Numbers<S> = [Floats<S>; NUMBERS];
+pub(in super::super) type Numbers<S> = [Floats<S>; NUMBERS];
 
 /// What arrives of the light.
 #[derive(Clone, Copy)]
-pub(super) struct Arriving<S: Gather> {
-    pub(super) direct: Numbers<S>,
-    pub(super) ambient: Numbers<S>,
+pub(in super::super) struct Arriving<S: Gather> {
+    pub(in super::super) direct: Numbers<S>,
+    pub(in super::super) ambient: Numbers<S>,
 }
 
 impl<S: Gather> Asked<S> {
     #[inline(always)]
-    pub(super) fn nothing(simd: S) -> Self {
+    pub(in super::super) fn nothing(simd: S) -> Self {
         let zero = Floats::splat(simd, 0.0);
         Self { rays: Mask::splat(simd, false), place: [Doubles::splat(simd, 0.0); 3], skipped: zero }
     }
@@ -91,7 +102,7 @@ impl<S: Gather> Asked<S> {
 impl<S: Gather> Arriving<S> {
     /// All light arrives.
     #[inline(always)]
-    pub(super) fn all(simd: S) -> Self {
+    pub(in super::super) fn all(simd: S) -> Self {
         let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
         Self { direct: [one; NUMBERS], ambient: [zero; NUMBERS] }
     }
@@ -146,7 +157,7 @@ impl<'a, O: Occluders> Occlusion<'a, O> {
 
     /// What arrives of a kind of light at points.
     #[inline(always)]
-    pub(super) fn arriving<S: Gather>(
+    pub(in super::super) fn arriving<S: Gather>(
         &self,
         simd: S,
         kind: Kind,

@@ -69,17 +69,23 @@ impl<S: Gather> Course<S> {
 }
 
 /// Rays in a region's padded coordinates: scale * (start + t * direction) - low.
-pub(super) struct LocalRays<'a, S: Gather> {
-    pub(super) packet: &'a Packet<S>,
-    pub(super) frame: &'a RegionFrame,
+pub(in super::super) struct LocalRays<'a, S: Gather> {
+    packet: &'a Packet<S>,
+    frame: &'a RegionFrame,
     /// Cells of the finest level per cell of the region's.
-    pub(super) size: &'a [f64; 3],
-    pub(super) scale: [f64; 3],
+    size: &'a [f64; 3],
+    scale: [f64; 3],
 }
 
-impl<S: Gather> LocalRays<'_, S> {
+impl<'a, S: Gather> LocalRays<'a, S> {
+    /// A packet in a region with this frame, whose cells are so many of the finest level's.
     #[inline(always)]
-    pub(super) fn at(&self, simd: S, at: Doubles<S>) -> [Floats<S>; 3] {
+    pub(in super::super) fn new(packet: &'a Packet<S>, frame: &'a RegionFrame, size: &'a [f64; 3]) -> Self {
+        Self { packet, frame, size, scale: [size[0].recip(), size[1].recip(), size[2].recip()] }
+    }
+
+    #[inline(always)]
+    pub(in super::super) fn at(&self, simd: S, at: Doubles<S>) -> [Floats<S>; 3] {
         let mut point = [Floats::splat(simd, 0.0); 3];
         for axis in 0..3 {
             let cells = at.mul_add(self.packet.direction[axis], self.packet.start[axis]);
@@ -91,12 +97,30 @@ impl<S: Gather> LocalRays<'_, S> {
 
     /// How far a step goes.
     #[inline(always)]
-    pub(super) fn stride(&self, simd: S, step: Floats<S>) -> [Floats<S>; 3] {
+    pub(in super::super) fn stride(&self, simd: S, step: Floats<S>) -> [Floats<S>; 3] {
         let mut stride = [step; 3];
         for axis in 0..3 {
             stride[axis] *= self.packet.direction[axis].to_floats() * Floats::splat(simd, self.scale[axis] as f32);
         }
         stride
+    }
+
+    /// From where to where the rays are in the region's pure box, counted from 0 at `start`, `rate` per length.
+    #[inline(always)]
+    pub(in super::super) fn pure(&self, simd: S, start: &[Floats<S>; 3], rate: Floats<S>) -> [Floats<S>; 2] {
+        let (zero, infinity) = (Floats::splat(simd, 0.0), Floats::splat(simd, f32::INFINITY));
+        let (mut enter, mut leave) = (zero, infinity);
+        if self.frame.is_pure {
+            return [enter, leave];
+        }
+        for axis in 0..3 {
+            let inverse = self.packet.inverse[axis] * rate * Floats::splat(simd, self.size[axis] as f32);
+            let a = (Floats::splat(simd, self.frame.pure[0][axis]) - start[axis]) * inverse;
+            let b = (Floats::splat(simd, self.frame.pure[1][axis]) - start[axis]) * inverse;
+            enter = enter.max(a.min(b));
+            leave = leave.min(a.max(b));
+        }
+        [enter, leave]
     }
 
     /// The steps, counted from 0 at `start`, at which all rays are inside the region's pure box; `rate` are steps per
@@ -107,14 +131,7 @@ impl<S: Gather> LocalRays<'_, S> {
             return [0.0, f32::INFINITY];
         }
         let (zero, infinity) = (Floats::splat(simd, 0.0), Floats::splat(simd, f32::INFINITY));
-        let (mut enter, mut leave) = (zero, infinity);
-        for axis in 0..3 {
-            let inverse = self.packet.inverse[axis] * rate * Floats::splat(simd, self.size[axis] as f32);
-            let a = (Floats::splat(simd, self.frame.pure[0][axis]) - start[axis]) * inverse;
-            let b = (Floats::splat(simd, self.frame.pure[1][axis]) - start[axis]) * inverse;
-            enter = enter.max(a.min(b));
-            leave = leave.min(a.max(b));
-        }
+        let [enter, leave] = self.pure(simd, start, rate);
         // Rays that are through before they get there, or before they leave, do not matter.
         let enter = enter.min(counts);
         let leave = leave.simd_ge(counts - Floats::splat(simd, 1.0)).select(infinity, leave);

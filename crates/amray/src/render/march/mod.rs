@@ -16,8 +16,8 @@ use crate::layout::PieceNode;
 use crate::simd::{Doubles, Floats, Gather, Integers, Mask};
 
 pub(super) use collect::{Collector, Dimming, Glowing, clear};
-pub(super) use course::Footprint;
-use course::{Course, LocalRays};
+use course::Course;
+pub(super) use course::{Footprint, LocalRays};
 pub(super) use medium::{How, Interval, Medium, Points, Single};
 pub(super) use steep::{Sloped, Steep};
 
@@ -172,8 +172,7 @@ impl<'a, S: Gather, M: Medium, C: Collector<S, M>> Marcher<'a, S, M, C> {
     fn local(&self, packet: usize, region: usize) -> LocalRays<'a, S> {
         let frame = self.march.medium.frame(region);
         let size = self.march.medium.finest_cells(frame.level.unwrap_or(0));
-        let packet = &self.packets[packet];
-        LocalRays { packet, frame, size, scale: [size[0].recip(), size[1].recip(), size[2].recip()] }
+        LocalRays::new(&self.packets[packet], frame, size)
     }
 
     /// The way of a packet's `rays` through a region.
@@ -287,7 +286,7 @@ impl<'a, S: Gather, M: Medium, C: Collector<S, M>> Marcher<'a, S, M, C> {
 
 impl<S: Gather, M: Medium, C: Collector<S, M>> Visitor<S> for Marcher<'_, S, M, C> {
     #[inline(always)]
-    fn skip(&mut self, span: &Span<S>, rays: &Masks<S>) {
+    fn skip(&mut self, _: usize, span: &Span<S>, rays: &Masks<S>) {
         self.skipped += lengths(self.simd, span, rays);
     }
 

@@ -1,0 +1,225 @@
+//! Isosurfaces and slices in a picture, from the flags.
+
+use std::str::FromStr;
+
+use amray::Volume;
+use amray::appearance::TransferFunction;
+use amray::render::Axis;
+use amray::scene::{Paint, Surface};
+use clap::Args;
+
+use crate::data::{DataArguments, Opened, VolumeArguments};
+use crate::{note, number};
+
+/// What else is in the picture.
+#[derive(Clone, Debug, Default, Args)]
+pub(crate) struct SurfaceArguments {
+    /// An isosurface of the field: COLOR is a number for a grey, R,G,B or the name of a field whose colours it has
+    /// [default: the transfer function's colour]; OPACITY is 0 to 1 [default: 1]. May be repeated
+    #[arg(long = "iso", value_name = "VALUE[:COLOR[:OPACITY]]", value_parser = isosurface, allow_hyphen_values = true)]
+    isosurfaces: Vec<Isosurface>,
+    /// A slice with the field's colours: across AXIS (x, y or z), or with NORMAL X,Y,Z; through a place on the axis or
+    /// a point X,Y,Z [default: the middle of the domain]. May be repeated
+    #[arg(long = "slice", value_name = "AXIS|NORMAL[:PLACE[:OPACITY]]", value_parser = slice, allow_hyphen_values = true)]
+    slices: Vec<Slice>,
+    /// Show surfaces alone
+    #[arg(long)]
+    pub(crate) hide_volume: bool,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Isosurface {
+    value: f64,
+    color: Color,
+    opacity: f32,
+}
+
+/// What colour a surface has.
+#[derive(Clone, Debug, PartialEq)]
+enum Color {
+    OfTransferFunction,
+    Plain([f32; 3]),
+    OfField(String),
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Slice {
+    normal: [f64; 3],
+    place: Place,
+    opacity: f32,
+}
+
+/// Where a slice is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Place {
+    Middle,
+    OnAxis(Axis, f64),
+    Through([f64; 3]),
+}
+
+/// The fields that give surfaces their colours, besides the one shown.
+pub(crate) struct Painters(Vec<(String, Volume, TransferFunction)>);
+
+impl SurfaceArguments {
+    /// Whether there are any.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.isosurfaces.is_empty() && self.slices.is_empty()
+    }
+
+    /// Reads the fields that surfaces are coloured by.
+    pub(crate) fn painters(
+        &self,
+        volume: &VolumeArguments,
+        opened: &Opened,
+        colors: impl Fn(&DataArguments, &Volume) -> anyhow::Result<TransferFunction>,
+    ) -> anyhow::Result<Painters> {
+        let mut painters: Vec<(String, Volume, TransferFunction)> = Vec::new();
+        for isosurface in &self.isosurfaces {
+            if let Color::OfField(name) = &isosurface.color
+                && !painters.iter().any(|(known, ..)| known == name)
+            {
+                let field = volume.other_field(opened, name)?;
+                let function = colors(&volume.data, &field)?;
+                painters.push((name.clone(), field, function));
+            }
+        }
+        Ok(Painters(painters))
+    }
+
+    /// The surfaces in a scene with this volume.
+    pub(crate) fn surfaces<'a>(
+        &self,
+        volume: &'a Volume,
+        function: &TransferFunction,
+        Painters(painters): &'a Painters,
+    ) -> Vec<Surface<'a>> {
+        let own = || Paint::Field(volume, function.clone());
+        let range = if self.isosurfaces.is_empty() { None } else { volume.leaf_range() };
+        let isosurfaces = self.isosurfaces.iter().map(|Isosurface { value, color, opacity }| {
+            let [low, high] = range.unwrap_or([f64::NAN; 2]);
+            if !(low <= *value && *value <= high) {
+                let name = volume.field().name();
+                note(&format!("amray: warning: isosurface {value}: {name} is from {low} to {high}, nothing is drawn"));
+            }
+            let paint = match color {
+                Color::OfTransferFunction => own(),
+                Color::Plain(color) => Paint::Plain(*color),
+                Color::OfField(name) => painters.iter().find(|(known, ..)| known == name).map_or_else(own, |painter| {
+                    let (_, field, function) = painter;
+                    Paint::Field(field, function.clone())
+                }),
+            };
+            Surface { opacity: *opacity, ..Surface::isosurface(*value, paint) }
+        });
+        let [low, high] = volume.hierarchy().bounds();
+        let middle: [f64; 3] = std::array::from_fn(|axis| (low[axis] + high[axis]) / 2.0);
+        let slices = self.slices.iter().map(|Slice { normal, place, opacity }| {
+            let mut point = middle;
+            match *place {
+                Place::Middle => {}
+                Place::OnAxis(axis, at) => point[axis as usize] = at,
+                Place::Through(through) => point = through,
+            }
+            Surface { opacity: *opacity, ..Surface::slice(point, *normal, own()) }
+        });
+        isosurfaces.chain(slices).collect()
+    }
+}
+
+/// `VALUE[:COLOR[:OPACITY]]`.
+fn isosurface(text: &str) -> Result<Isosurface, String> {
+    let parts: Vec<&str> = text.split(':').collect();
+    let (value, color, opacity) = match parts[..] {
+        [value] => (value, None, None),
+        [value, color] => (value, Some(color), None),
+        [value, color, opacity] => (value, Some(color), Some(opacity)),
+        _ => return Err("expected VALUE[:COLOR[:OPACITY]]".into()),
+    };
+    let color = match color {
+        None | Some("") => Color::OfTransferFunction,
+        Some(color) => match (f32::from_str(color), number::list::<3>(color)) {
+            (Ok(grey), _) => Color::Plain([grey; 3]),
+            (_, Ok(color)) => Color::Plain(color.map(|channel| channel as f32)),
+            _ if color.contains(',') => return Err(format!("{color:?} is no colour: expected a number or r,g,b")),
+            _ => Color::OfField(color.into()),
+        },
+    };
+    Ok(Isosurface { value: number::finite(value)?, color, opacity: share(opacity)? })
+}
+
+/// `AXIS|NORMAL[:PLACE[:OPACITY]]`.
+fn slice(text: &str) -> Result<Slice, String> {
+    let parts: Vec<&str> = text.split(':').collect();
+    let (across, place, opacity) = match parts[..] {
+        [across] => (across, None, None),
+        [across, place] => (across, Some(place), None),
+        [across, place, opacity] => (across, Some(place), Some(opacity)),
+        _ => return Err("expected AXIS|NORMAL[:PLACE[:OPACITY]]".into()),
+    };
+    let place = place.filter(|place| !place.is_empty());
+    let opacity = share(opacity)?;
+    if let Ok(axis) = across.parse::<Axis>() {
+        let mut normal = [0.0; 3];
+        normal[axis as usize] = 1.0;
+        let place = match place {
+            Some(place) => Place::OnAxis(axis, number::finite(place)?),
+            None => Place::Middle,
+        };
+        return Ok(Slice { normal, place, opacity });
+    }
+    let normal =
+        number::list::<3>(across).map_err(|_| format!("{across:?} is no axis x, y or z and no normal x,y,z"))?;
+    if normal == [0.0; 3] {
+        return Err("the normal is 0,0,0, expected a vector other than 0".into());
+    }
+    let place = match place {
+        Some(place) => Place::Through(number::list(place)?),
+        None => Place::Middle,
+    };
+    Ok(Slice { normal, place, opacity })
+}
+
+/// An opacity; 1 where it is not given.
+fn share(text: Option<&str>) -> Result<f32, String> {
+    let opacity = text.map_or(Ok(1.0), number::finite)?;
+    match (0.0..=1.0).contains(&opacity) {
+        true => Ok(opacity as f32),
+        false => Err(format!("the opacity is {opacity}, expected a number from 0 to 1")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn surfaces_are_read() {
+        let expected = |value, color, opacity| Ok(Isosurface { value, color, opacity });
+        assert_eq!(isosurface("-2.5"), expected(-2.5, Color::OfTransferFunction, 1.0));
+        assert_eq!(isosurface("1e3:0.5"), expected(1e3, Color::Plain([0.5; 3]), 1.0));
+        assert_eq!(isosurface("0:1,0.5,0:0.25"), expected(0.0, Color::Plain([1.0, 0.5, 0.0]), 0.25));
+        assert_eq!(isosurface("0::0.25"), expected(0.0, Color::OfTransferFunction, 0.25));
+        assert_eq!(isosurface("7:pressure:1"), expected(7.0, Color::OfField("pressure".into()), 1.0));
+        let expected = |normal, place, opacity| Ok(Slice { normal, place, opacity });
+        assert_eq!(slice("y"), expected([0.0, 1.0, 0.0], Place::Middle, 1.0));
+        assert_eq!(slice("z:-0.5:0.3"), expected([0.0, 0.0, 1.0], Place::OnAxis(Axis::Z, -0.5), 0.3));
+        assert_eq!(slice("1,1,0:0,0,2"), expected([1.0, 1.0, 0.0], Place::Through([0.0, 0.0, 2.0]), 1.0));
+    }
+
+    #[test]
+    fn what_is_no_surface_is_explained() {
+        for (text, part) in [
+            ("high", "high"),
+            ("1:1,2", "no colour"),
+            ("1:1:2", "expected a number from 0 to 1"),
+            ("1:1:1:1", "VALUE[:COLOR[:OPACITY]]"),
+        ] {
+            let message = isosurface(text).unwrap_err();
+            assert!(message.contains(part), "{text}: {message}");
+        }
+        for (text, part) in [("w", "no axis"), ("0,0,0", "other than 0"), ("x:a", "a"), ("x:1:1:1", "AXIS|NORMAL")] {
+            let message = slice(text).unwrap_err();
+            assert!(message.contains(part), "{text}: {message}");
+        }
+    }
+}

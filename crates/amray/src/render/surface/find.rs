@@ -1,0 +1,134 @@
+//! The surface that each ray meets next.
+
+use fearless_simd::prelude::*;
+
+use super::super::packet::{Masks, PACKETS, Packet, Packets};
+use super::super::traverse::{Span, Stack};
+use super::super::walk::{Crossings, Levels, Walk};
+use super::Surfaces;
+use crate::layout::RegionValues;
+use crate::simd::{Doubles, Floats, Gather, Integers, Mask};
+
+/// Where rays meet surfaces, and which ones; infinity where they meet none.
+#[derive(Clone, Copy)]
+pub(super) struct Met<S: Gather> {
+    pub(super) rays: Masks<S>,
+    pub(super) at: [Floats<S>; PACKETS],
+    pub(super) number: [Integers<S>; PACKETS],
+}
+
+/// Looks for surfaces along packets of rays, one after the other.
+pub(super) struct Seeker<'a, S: Gather, V> {
+    surfaces: Surfaces<'a, V>,
+    span: Span<S>,
+    /// The nearest surfaces ahead.
+    pub(super) met: Met<S>,
+    /// The nearest isosurfaces ahead, and the rank behind them.
+    isosurface: [Floats<S>; PACKETS],
+    level: [Integers<S>; PACKETS],
+    behind: [Integers<S>; PACKETS],
+}
+
+/// By how much of itself a length may be off.
+const ROUNDING: f32 = 1e-6;
+
+impl<'a, S: Gather, V: RegionValues + Copy> Seeker<'a, S, V> {
+    /// Finds what rays meet first between the ends of `span`.
+    #[inline(always)]
+    pub(super) fn new(
+        simd: S,
+        surfaces: Surfaces<'a, V>,
+        packets: &Packets<S>,
+        span: Span<S>,
+        stack: &mut Stack<S>,
+    ) -> Self {
+        let (none, nowhere) = (Integers::splat(simd, -1), Floats::splat(simd, f32::INFINITY));
+        let rays = [Mask::splat(simd, false); PACKETS];
+        let met = Met { rays, at: [-nowhere; PACKETS], number: [none; PACKETS] };
+        let (isosurface, level) = ([nowhere; PACKETS], [none; PACKETS]);
+        let mut seeker = Self { surfaces, span, met, isosurface, level, behind: level };
+        let mut inside = rays;
+        for packet in 0..PACKETS {
+            inside[packet] = span.enter[packet].simd_lt(span.leave[packet]);
+        }
+        seeker.seek(simd, &inside, &rays, packets, stack);
+        seeker.nearest(simd, &inside, packets);
+        seeker
+    }
+
+    /// Finds what `rays` meet behind what they have met.
+    #[inline(always)]
+    pub(super) fn go_on(&mut self, simd: S, rays: &Masks<S>, packets: &Packets<S>, stack: &mut Stack<S>) {
+        let mut through = *rays;
+        let count = Integers::splat(simd, self.surfaces.plan.levels.len() as i32);
+        for packet in 0..PACKETS {
+            through[packet] &= self.met.number[packet].simd_lt(count);
+        }
+        self.seek(simd, &through, &through, packets, stack);
+        self.nearest(simd, rays, packets);
+    }
+
+    /// Looks for the next isosurfaces of `rays`, some of which are `starting` on one.
+    #[inline(never)]
+    fn seek(&mut self, simd: S, rays: &Masks<S>, starting: &Masks<S>, packets: &Packets<S>, stack: &mut Stack<S>) {
+        let Surfaces { plan, values, pieces } = self.surfaces;
+        if plan.levels.is_empty() {
+            return;
+        }
+        simd.vectorize(
+            #[inline(always)]
+            || {
+                let mut span = self.span;
+                for packet in 0..PACKETS {
+                    span.enter[packet] = starting[packet].select(self.met.at[packet], span.enter[packet]);
+                }
+                let mut crossings = Crossings::new(simd, Levels(&plan.levels), *rays, (*starting, self.behind));
+                Walk { values, pieces, looks: &plan.looks }.walk(simd, packets, &span, &mut crossings, stack);
+                for packet in 0..PACKETS {
+                    let rays = rays[packet];
+                    self.isosurface[packet] = rays.select(crossings.at[packet], self.isosurface[packet]);
+                    self.level[packet] = rays.select(crossings.level[packet], self.level[packet]);
+                    self.behind[packet] = rays.select(crossings.behind[packet], self.behind[packet]);
+                }
+            },
+        );
+    }
+
+    /// The nearest surfaces of any kind, behind what `rays` have met.
+    #[inline(always)]
+    fn nearest(&mut self, simd: S, rays: &Masks<S>, packets: &Packets<S>) {
+        let plan = self.surfaces.plan;
+        for packet in 0..PACKETS {
+            let (mut at, mut number) = (self.isosurface[packet], self.level[packet]);
+            let ends = [self.span.enter[packet], self.span.leave[packet]];
+            for (plane, nth) in plan.planes.iter().zip(plan.levels.len()..) {
+                let place = plane.meets(simd, &packets[packet], ends);
+                let nearer = place.simd_gt(self.met.at[packet]) & place.simd_lt(at);
+                at = nearer.select(place, at);
+                number = nearer.select(Integers::splat(simd, nth as i32), number);
+            }
+            let met = &mut self.met;
+            met.rays[packet] = rays[packet] & at.simd_lt(Floats::splat(simd, f32::INFINITY));
+            met.at[packet] = rays[packet].select(at, Floats::splat(simd, f32::INFINITY));
+            met.number[packet] = number;
+        }
+    }
+}
+
+impl super::plan::Plane {
+    /// Where rays meet the plane inside of the domain, which they enter and leave at these ends; infinity elsewhere.
+    #[inline(always)]
+    pub(super) fn meets<S: Gather>(&self, simd: S, packet: &Packet<S>, [enter, leave]: [Floats<S>; 2]) -> Floats<S> {
+        let (mut distance, mut speed) = (Doubles::splat(simd, -self.offset), Doubles::splat(simd, 0.0));
+        for axis in 0..3 {
+            let across = Doubles::splat(simd, self.across[axis]);
+            distance = packet.start[axis].mul_add(across, distance);
+            speed = packet.direction[axis].mul_add(across, speed);
+        }
+        let at = -(distance.to_floats() / speed.to_floats());
+        // A slice on the domain's very face is inside.
+        let nearly = (leave + Floats::splat(simd, 1.0)) * Floats::splat(simd, ROUNDING);
+        let inside = at.simd_ge(enter - nearly) & at.simd_le(leave + nearly) & enter.simd_lt(leave);
+        inside.select(at.max(enter).min(leave), Floats::splat(simd, f32::INFINITY))
+    }
+}

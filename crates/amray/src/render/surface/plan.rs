@@ -1,0 +1,69 @@
+//! What is known of a scene's surfaces before the first ray: where planes lie, and which parts of the volume isosurfaces
+//! can be in.
+
+use crate::Volume;
+use crate::hierarchy::Normalisation;
+use crate::layout::PieceNode;
+use crate::reconstruction::AnySampler;
+use crate::scene::{Shape, Surface};
+
+use super::super::visibility::NodeLook;
+use super::super::walk::{Levels, looks};
+use super::coat::Coat;
+
+/// The surfaces of a scene. They are numbered: isosurfaces from the lowest value on, then slices.
+pub(in super::super) struct SurfacePlan<'a> {
+    pub(super) volume: &'a Volume,
+    pub(super) sampler: AnySampler<'a>,
+    /// The isosurfaces' values, and which parts of the volume have to be looked at for them.
+    pub(super) levels: Vec<f32>,
+    pub(super) looks: Vec<NodeLook>,
+    pub(super) planes: Vec<Plane>,
+    pub(super) coats: Vec<Coat<'a>>,
+}
+
+/// A plane: places in cells of the finest level whose product with `across` is `offset`.
+pub(super) struct Plane {
+    pub(super) across: [f64; 3],
+    pub(super) offset: f64,
+}
+
+impl<'a> SurfacePlan<'a> {
+    /// Surfaces over a volume with these pieces; `None` where there are none.
+    pub(in super::super) fn new(volume: &'a Volume, surfaces: &'a [Surface<'a>], pieces: &[PieceNode]) -> Option<Self> {
+        if surfaces.is_empty() {
+            return None;
+        }
+        let Normalisation { low, scale } = volume.normalisation();
+        let (mut isosurfaces, mut planes, mut slices) = (Vec::new(), Vec::new(), Vec::new());
+        for surface in surfaces {
+            match surface.shape {
+                Shape::Isosurface(value) => isosurfaces.push((((value - low) * scale) as f32, surface)),
+                Shape::Slice { point, normal } => {
+                    planes.push(Plane::new(volume, point, normal));
+                    slices.push(Coat::new(volume, surface, Some(normal)));
+                }
+            }
+        }
+        isosurfaces.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        let (levels, isosurfaces): (Vec<f32>, Vec<_>) = isosurfaces.into_iter().unzip();
+        let looks = match levels.is_empty() {
+            true => Vec::new(),
+            false => looks(pieces, |node| Levels(&levels).rank_of_all(node.range)),
+        };
+        let mut coats: Vec<_> = isosurfaces.into_iter().map(|surface| Coat::new(volume, surface, None)).collect();
+        coats.append(&mut slices);
+        Some(Self { volume, sampler: volume.packet_sampler(), levels, looks, planes, coats })
+    }
+}
+
+impl Plane {
+    fn new(volume: &Volume, point: [f64; 3], normal: [f64; 3]) -> Self {
+        let hierarchy = volume.hierarchy();
+        let finest = hierarchy.finest_level();
+        let size = hierarchy.levels()[finest].cell_size();
+        let place = hierarchy.to_cells(finest, point);
+        let across: [f64; 3] = std::array::from_fn(|axis| normal[axis] * size[axis]);
+        Self { across, offset: (0..3).map(|axis| across[axis] * place[axis]).sum() }
+    }
+}

@@ -1,0 +1,54 @@
+//! Surfaces in a scene, beside and inside volumes.
+
+use super::Material;
+use crate::Volume;
+use crate::appearance::TransferFunction;
+
+/// A surface.
+#[derive(Clone, Debug)]
+pub struct Surface<'a> {
+    /// Where it is.
+    pub shape: Shape,
+    /// Its colour.
+    pub paint: Paint<'a>,
+    /// From 0, not there, to 1, nothing behind it is seen.
+    pub opacity: f32,
+    /// How it reflects light; without one it shows its colours as they are.
+    pub material: Option<Material>,
+}
+
+/// Where a surface is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// Where the scene's volume has this value, to the reconstruction; faces over which values jump from one side of it
+    /// to the other belong to it.
+    Isosurface(f64),
+    /// A plane, as far as the domain goes.
+    Slice {
+        /// A point on it, in world units.
+        point: [f64; 3],
+        /// Across it: of any length but 0.
+        normal: [f64; 3],
+    },
+}
+
+/// What colour a surface has.
+#[derive(Clone, Debug)]
+pub enum Paint<'a> {
+    /// The same all over: red, green and blue.
+    Plain([f32; 3]),
+    /// The colours that a transfer function gives to a field's values there; nothing where there is no value.
+    Field(&'a Volume, TransferFunction),
+}
+
+impl<'a> Surface<'a> {
+    /// An opaque isosurface that reflects light.
+    pub fn isosurface(value: f64, paint: Paint<'a>) -> Self {
+        Self { shape: Shape::Isosurface(value), paint, opacity: 1.0, material: Some(Material::default()) }
+    }
+
+    /// An opaque slice that shows colours as they are.
+    pub fn slice(point: [f64; 3], normal: [f64; 3], paint: Paint<'a>) -> Self {
+        Self { shape: Shape::Slice { point, normal }, paint, opacity: 1.0, material: None }
+    }
+}
