@@ -1,6 +1,6 @@
 //! Triangle meshes: what they are in memory, and where rays meet them.
 //!
-//! A [`MeshDescription`] is plain vertices and triangles, from a file or made by a program. [`Mesh::new`] checks it and
+//! A [`MeshDescription`] is plain vertices and triangles, from a [file](files::open) or made by a program. [`Mesh::new`] checks it and
 //! builds a tree of boxes over its triangles; then the mesh answers rays: the [nearest hit](Mesh::nearest),
 //! [all hits](Mesh::hits), [what gets through](Mesh::transmittance).
 //!
@@ -20,6 +20,7 @@
 //! ```
 
 mod error;
+pub mod files;
 mod frame;
 mod local_ray;
 mod mesh;

@@ -130,7 +130,8 @@ impl Mesh {
 }
 
 impl MeshDescription {
-    fn check(&self) -> Result<(), MeshError> {
+    /// What [`Mesh::new`] checks.
+    pub(crate) fn check(&self) -> Result<(), MeshError> {
         let vertices = self.vertices.len();
         if let Some(colors) = self.colors.as_ref().map(Vec::len).filter(|&colors| colors != vertices) {
             return Err(MeshError::ColorCount { colors, vertices });

@@ -196,7 +196,10 @@ fn a_cube_on_a_grid_is_closed_in_all_directions() {
         for direction in grid().filter(|direction| *direction != [0.0; 3]) {
             let hits = hits(&mesh, &ray(origin, direction, EVERYWHERE));
             let inside = origin.iter().all(|x: &f64| x.abs() < 1.0);
-            assert!(if inside { hits.len() == 2 } else { hits.len() % 2 == 0 }, "{origin:?} {direction:?} {hits:?}");
+            assert!(
+                if inside { hits.len() == 2 } else { hits.len().is_multiple_of(2) },
+                "{origin:?} {direction:?} {hits:?}"
+            );
         }
     }
 }
