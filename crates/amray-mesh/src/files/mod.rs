@@ -5,6 +5,7 @@
 
 mod error;
 mod merge;
+mod number;
 mod obj;
 mod ply;
 mod polygon;

@@ -1,7 +1,8 @@
 //! The numbers of a PLY file, one after the other.
 
+use super::super::number::NumberType;
 use super::super::text::shown;
-use super::header::{Element, Encoding, NumberType};
+use super::header::{Element, Encoding};
 
 /// What is left to read.
 #[derive(Debug)]
@@ -19,7 +20,7 @@ impl<'a> Body<'a> {
     fn least_bytes(&self, number: NumberType) -> usize {
         match self.encoding {
             Encoding::Text => 2,
-            Encoding::LittleEndian | Encoding::BigEndian => number.bytes(),
+            Encoding::Binary(_) => number.bytes(),
         }
     }
 
@@ -56,16 +57,10 @@ impl<'a> Body<'a> {
                 let word = String::from_utf8_lossy(word);
                 word.parse().map_err(|_| format!("{}, expected a number", shown(&word)))
             }
-            Encoding::LittleEndian | Encoding::BigEndian => {
-                let length = number.bytes();
-                let (stored, rest) = self.rest.split_at_checked(length).ok_or("the file ends here")?;
+            Encoding::Binary(order) => {
+                let (stored, rest) = self.rest.split_at_checked(number.bytes()).ok_or("the file ends here")?;
                 self.rest = rest;
-                let mut bytes = [0; 8];
-                bytes[..length].copy_from_slice(stored);
-                if self.encoding == Encoding::BigEndian {
-                    bytes[..length].reverse();
-                }
-                Ok(number.value(bytes))
+                Ok(number.value(stored, order))
             }
         }
     }
@@ -90,22 +85,5 @@ impl<'a> Body<'a> {
             list.push(self.number(number)?);
         }
         Ok(())
-    }
-}
-
-impl NumberType {
-    /// The number in the first bytes, in little-endian order.
-    fn value(self, bytes: [u8; 8]) -> f64 {
-        let [a, b, c, d, ..] = bytes;
-        match self {
-            Self::I8 => f64::from(a as i8),
-            Self::U8 => f64::from(a),
-            Self::I16 => f64::from(i16::from_le_bytes([a, b])),
-            Self::U16 => f64::from(u16::from_le_bytes([a, b])),
-            Self::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
-            Self::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
-            Self::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
-            Self::F64 => f64::from_le_bytes(bytes),
-        }
     }
 }

@@ -1,6 +1,7 @@
 //! The header of a PLY file: its elements and their properties.
 
 use super::super::error::Problem;
+use super::super::number::{ByteOrder, NumberType};
 use super::super::text::{lines, shown};
 
 const PROPERTY: &str = "a property such as float x or list uchar int vertex_indices";
@@ -18,8 +19,7 @@ pub(super) struct Header {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Encoding {
     Text,
-    LittleEndian,
-    BigEndian,
+    Binary(ByteOrder),
 }
 
 /// Rows of the same kind.
@@ -38,19 +38,6 @@ pub(super) struct Property {
     pub(super) number: NumberType,
     /// The type of the length, of a list.
     pub(super) length: Option<NumberType>,
-}
-
-/// How a number is stored in a binary file.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum NumberType {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
 }
 
 impl Header {
@@ -95,8 +82,8 @@ impl Encoding {
     fn named(name: &str) -> Option<Self> {
         match name {
             "ascii" => Some(Self::Text),
-            "binary_little_endian" => Some(Self::LittleEndian),
-            "binary_big_endian" => Some(Self::BigEndian),
+            "binary_little_endian" => Some(Self::Binary(ByteOrder::Little)),
+            "binary_big_endian" => Some(Self::Binary(ByteOrder::Big)),
             _ => None,
         }
     }
@@ -106,47 +93,26 @@ impl Property {
     fn parse(words: &[&str]) -> Option<Self> {
         match words {
             ["list", length, number, name] => {
-                let length = Some(NumberType::named(length)?);
-                Some(Self { name: (*name).into(), number: NumberType::named(number)?, length })
+                let length = Some(number_type(length)?);
+                Some(Self { name: (*name).into(), number: number_type(number)?, length })
             }
-            [number, name] => Some(Self { name: (*name).into(), number: NumberType::named(number)?, length: None }),
+            [number, name] => Some(Self { name: (*name).into(), number: number_type(number)?, length: None }),
             _ => None,
         }
     }
 }
 
-impl NumberType {
-    fn named(name: &str) -> Option<Self> {
-        match name {
-            "char" | "int8" => Some(Self::I8),
-            "uchar" | "uint8" => Some(Self::U8),
-            "short" | "int16" => Some(Self::I16),
-            "ushort" | "uint16" => Some(Self::U16),
-            "int" | "int32" => Some(Self::I32),
-            "uint" | "uint32" => Some(Self::U32),
-            "float" | "float32" => Some(Self::F32),
-            "double" | "float64" => Some(Self::F64),
-            _ => None,
-        }
-    }
-
-    /// The length of a number in a binary file.
-    pub(super) fn bytes(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
-
-    /// The number that stands for all of a colour.
-    pub(super) fn full_color(self) -> f64 {
-        match self {
-            Self::I8 | Self::U8 => 255.0,
-            Self::I16 | Self::U16 => 65535.0,
-            Self::I32 | Self::U32 => 4294967295.0,
-            Self::F32 | Self::F64 => 1.0,
-        }
+/// A type by either of its names.
+fn number_type(name: &str) -> Option<NumberType> {
+    match name {
+        "char" | "int8" => Some(NumberType::I8),
+        "uchar" | "uint8" => Some(NumberType::U8),
+        "short" | "int16" => Some(NumberType::I16),
+        "ushort" | "uint16" => Some(NumberType::U16),
+        "int" | "int32" => Some(NumberType::I32),
+        "uint" | "uint32" => Some(NumberType::U32),
+        "float" | "float32" => Some(NumberType::F32),
+        "double" | "float64" => Some(NumberType::F64),
+        _ => None,
     }
 }

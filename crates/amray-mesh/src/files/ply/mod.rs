@@ -173,7 +173,7 @@ property float blue\nproperty float alpha\nend_header\n3 0 1 2\n0 0 0 1 0 0 0.5\
         );
         assert_eq!(
             error("element face 2", "element face 200000000000"),
-            "element face, number 1 of 200000000000: 600000000000 bytes are needed at least, but the file has 48 more"
+            "element face, number 1 of 200000000000: 800000000000 bytes are needed at least, but the file has 44 more"
         );
         assert_eq!(error("7 4 0 1 2 3", "7 4 0 1 x 3"), "element face, number 1 of 2: \"x\", expected a number");
         assert_eq!(
@@ -186,7 +186,7 @@ property float blue\nproperty float alpha\nend_header\n3 0 1 2\n0 0 0 1 0 0 0.5\
         );
         assert_eq!(
             error("9 0 1 2 3 -1", "99 0 1 2 3 -1"),
-            "element tristrips, number 1 of 1: a list of 99 numbers needs 198 bytes at least, but the file has 19 more"
+            "element tristrips, number 1 of 1: a list of 99 numbers needs 198 bytes at least, but the file has 20 more"
         );
         assert_eq!(
             error("end_header", "end"),

@@ -1,5 +1,6 @@
 //! From a PLY file's numbers to vertices and triangles.
 
+use super::super::number::vertex_numbers;
 use super::super::polygon::{fan, strip};
 use super::header::Element;
 use crate::MeshDescription;
@@ -141,14 +142,4 @@ impl Sink<'_> {
         description.normals.iter_mut().for_each(|normals| normals.push(vertices.normal));
         description.colors.iter_mut().for_each(|colors| colors.push(vertices.color));
     }
-}
-
-fn vertex_numbers(list: &[f64]) -> Result<Vec<u32>, String> {
-    let index = |&number: &f64| {
-        let index = number as u32;
-        (f64::from(index) == number)
-            .then_some(index)
-            .ok_or_else(|| format!("{number}, expected the number of a vertex"))
-    };
-    list.iter().map(index).collect()
 }
