@@ -32,7 +32,7 @@ impl DataArray {
                 self.text.split_ascii_whitespace().map(number).collect::<Result<_, _>>()?
             }
             Some(stream) => {
-                let bytes = document.storage.bytes(stream)?;
+                let bytes = document.storage.bytes(stream, expected.saturating_mul(self.number.bytes() as u128))?;
                 let value = |stored: &[u8]| self.number.value(stored, document.storage.byte_order);
                 bytes.chunks_exact(self.number.bytes()).map(value).collect()
             }
@@ -52,13 +52,21 @@ fn from(bytes: &[u8], offset: u64) -> Result<&[u8], String> {
 
 impl Storage {
     /// The bytes of an array: after their number, or in compressed blocks after the number of blocks, the size of all
-    /// blocks but the last, that of the last (0 if it is like the others), and the compressed size of each.
-    fn bytes(&self, mut stream: Stream<'_>) -> Result<Vec<u8>, String> {
+    /// blocks but the last, that of the last (0 if it is like the others), and the compressed size of each. Nothing is
+    /// decompressed where there are not as many as `expected`.
+    fn bytes(&self, mut stream: Stream<'_>, expected: u128) -> Result<Vec<u8>, String> {
+        let check = |found: u128| match found == expected {
+            true => Ok(()),
+            false => Err(format!("there are {found} bytes, expected {expected}")),
+        };
         let Some(compressor) = self.compressor else {
             let [count] = self.lengths(&mut stream)?;
+            check(count.into())?;
             return stream.take(count);
         };
         let [blocks, block_size, last_size] = self.lengths(&mut stream)?;
+        let lacking = if last_size > 0 { u128::from(block_size) - u128::from(last_size.min(block_size)) } else { 0 };
+        check((u128::from(blocks) * u128::from(block_size)).saturating_sub(lacking))?;
         let sizes = stream.take(blocks.saturating_mul(self.length.bytes() as u64))?;
         let mut bytes = Vec::new();
         for (block, compressed_size) in sizes.chunks_exact(self.length.bytes()).enumerate() {
