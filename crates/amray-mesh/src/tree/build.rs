@@ -219,6 +219,15 @@ mod tests {
         checked_depth(boxes(apart(64 * 150)));
     }
 
+    /// The heuristic cuts off one at a time: the others are all in the first bin.
+    #[test]
+    fn long_paths_end_in_halves() {
+        let along = |axis: usize, length: f32| [0, 1, 2].map(|other| if other == axis { length } else { 0.0 });
+        let needles = |power: i32| [0, 1, 2].map(|axis| [[0.0; 3], along(axis, 17f32.powi(-power))]);
+        let depth = checked_depth(boxes((0..30).flat_map(needles)));
+        assert!(depth > HEURISTIC_DEPTH && depth <= HEURISTIC_DEPTH + 3, "{depth}");
+    }
+
     proptest! {
         #[test]
         fn any_boxes_are_in_their_place(
