@@ -1,8 +1,8 @@
 //! Triangle meshes: what they are in memory, and where rays meet them.
 //!
-//! A [`MeshDescription`] is plain vertices and triangles, from a [file](files::open) or made by a program. [`Mesh::new`] checks it and
-//! builds a tree of boxes over its triangles; then the mesh answers rays: the [nearest hit](Mesh::nearest),
-//! [all hits](Mesh::hits), [what gets through](Mesh::transmittance).
+//! A [`MeshDescription`] is plain vertices and triangles, from a [file](files::open) or made by a program.
+//! [`Mesh::new`] checks it and builds a tree of boxes over its triangles; then the mesh answers rays: the
+//! [nearest hit](Mesh::nearest), [all hits](Mesh::hits), [what gets through](Mesh::transmittance).
 //!
 //! ```
 //! use amray_mesh::{Mesh, MeshDescription, Ray};

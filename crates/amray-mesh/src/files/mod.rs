@@ -1,7 +1,7 @@
 //! Mesh files: STL, OBJ, PLY and VTK PolyData become a [`MeshDescription`].
 //!
-//! A file is read as a whole. No count in it is believed before the file is known to be long enough for it, so a damaged
-//! file is an error, whatever it says.
+//! A file is read as a whole. No count in it is believed before the file is known to be long enough for it, so a
+//! damaged file is an error, whatever it says.
 
 mod error;
 mod merge;

@@ -102,7 +102,8 @@ mod tests {
 
     #[test]
     fn polygons_are_fans_and_numbers_may_be_negative() {
-        let text = "# a quad\no quad\nv 0 0 0\nv 1 0 0 # second\nv 1 1 0 1.0\nv 0 1 0\nusemtl red\nf 1/7 2/8 \\\n 3/9 4/1\nf -4 -3 -2\n";
+        let text = "# a quad\no quad\nv 0 0 0\nv 1 0 0 # second\nv 1 1 0 1.0\nv 0 1 0\nusemtl red\n\
+                    f 1/7 2/8 \\\n 3/9 4/1\nf -4 -3 -2\n";
         let description = read(text.as_bytes()).unwrap();
         assert_eq!(description.triangles, [[0, 1, 2], [0, 2, 3], [0, 1, 2]]);
         assert_eq!(description.vertices, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]]);
@@ -111,7 +112,8 @@ mod tests {
 
     #[test]
     fn a_vertex_has_one_normal() {
-        let text = "v 0 0 0 1 0 0\nv 1 0 0 0 0.5 0\nv 0 1 0\nv 0 0 1\nvn 0 0 1\nvn 0 2 0\nf 1//1 2//1 3//1\nf 1/1/2 4//-1 2/5\n";
+        let text = "v 0 0 0 1 0 0\nv 1 0 0 0 0.5 0\nv 0 1 0\nv 0 0 1\nvn 0 0 1\nvn 0 2 0\n\
+                    f 1//1 2//1 3//1\nf 1/1/2 4//-1 2/5\n";
         let description = read(text.as_bytes()).unwrap();
         assert_eq!(description.triangles, [[0, 1, 2], [3, 4, 5]]);
         let [z, y, none] = [[0.0, 0.0, 1.0], [0.0, 2.0, 0.0], [0.0; 3]];
