@@ -164,7 +164,7 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     let field = arguments.volume.field.clone().or(view.and_then(|view| view.field.clone()));
     let opened = VolumeArguments { field, ..arguments.volume.clone() }.open()?;
     let colors = |data: &_, volume: &_| AppearanceArguments::default().transfer_function(data, volume);
-    let painters = arguments.surfaces.painters(&arguments.volume, &opened, colors)?;
+    let surface_data = arguments.surfaces.data(&arguments.volume, &opened, colors)?;
     let Opened { volume, open_seconds, index_seconds, .. } = opened;
     let start = Instant::now();
     with_spinner("value ranges", || volume.ranges());
@@ -190,11 +190,11 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     let is_plain = lighting.shading == Shading::Emissive && arguments.surfaces.is_empty();
     if options.engine == Engine::Query && !is_plain {
         anyhow::bail!(
-            "--engine query draws volumes that glow, and nothing else: drop --shading, --shadows, --ao, --light, --iso \
-             and --slice, or march"
+            "--engine query draws volumes that glow, and nothing else: drop --shading, --shadows, --ao, --light, --iso, \
+             --slice and --mesh, or march"
         );
     }
-    let surfaces = arguments.surfaces.surfaces(&volume, &function, &painters);
+    let surfaces = arguments.surfaces.surfaces(&volume, &function, &surface_data);
     let opacity = if arguments.surfaces.hide_volume { 0.0 } else { arguments.opacity };
     let function = function.scaled_opacity(opacity);
     let scene = Scene { lighting, surfaces, ..Scene::new(&volume, function, unit_distance, camera) };

@@ -1,11 +1,13 @@
-//! Isosurfaces and slices in a picture, from the flags.
+//! Isosurfaces, slices and meshes in a picture, from the flags.
 
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use amray::Volume;
 use amray::appearance::TransferFunction;
 use amray::render::Axis;
 use amray::scene::{Paint, Surface};
+use amray_mesh::{Mesh, files};
 use clap::Args;
 
 use crate::data::{DataArguments, Opened, VolumeArguments};
@@ -22,6 +24,10 @@ pub(crate) struct SurfaceArguments {
     /// a point X,Y,Z [default: the middle of the domain]. May be repeated
     #[arg(long = "slice", value_name = "AXIS|NORMAL[:PLACE[:OPACITY]]", value_parser = slice, allow_hyphen_values = true)]
     slices: Vec<Slice>,
+    /// A surface of triangles (STL, OBJ, PLY or VTP), inside or outside of the domain; COLOR as with --iso [default:
+    /// the mesh's own, or white]. May be repeated
+    #[arg(long = "mesh", value_name = "FILE[:COLOR[:OPACITY]]", value_parser = mesh)]
+    meshes: Vec<MeshFile>,
     /// Show surfaces alone
     #[arg(long)]
     pub(crate) hide_volume: bool,
@@ -34,10 +40,18 @@ struct Isosurface {
     opacity: f32,
 }
 
+#[derive(Clone, Debug, PartialEq)]
+struct MeshFile {
+    path: PathBuf,
+    color: Color,
+    opacity: f32,
+}
+
 /// What colour a surface has.
 #[derive(Clone, Debug, PartialEq)]
 enum Color {
-    OfTransferFunction,
+    /// The transfer function's, or a mesh's own.
+    Own,
     Plain([f32; 3]),
     OfField(String),
 }
@@ -57,33 +71,39 @@ enum Place {
     Through([f64; 3]),
 }
 
-/// The fields that give surfaces their colours, besides the one shown.
-pub(crate) struct Painters(Vec<(String, Volume, TransferFunction)>);
+/// What surfaces are made of besides the field shown.
+pub(crate) struct SurfaceData {
+    /// The fields that they have their colours from, by name.
+    fields: Vec<(String, Volume, TransferFunction)>,
+    meshes: Vec<Mesh>,
+}
 
 impl SurfaceArguments {
     /// Whether there are any.
     pub(crate) fn is_empty(&self) -> bool {
-        self.isosurfaces.is_empty() && self.slices.is_empty()
+        self.isosurfaces.is_empty() && self.slices.is_empty() && self.meshes.is_empty()
     }
 
-    /// Reads the fields that surfaces are coloured by.
-    pub(crate) fn painters(
+    /// Reads meshes, and the fields that surfaces are coloured by.
+    pub(crate) fn data(
         &self,
         volume: &VolumeArguments,
         opened: &Opened,
         colors: impl Fn(&DataArguments, &Volume) -> anyhow::Result<TransferFunction>,
-    ) -> anyhow::Result<Painters> {
-        let mut painters: Vec<(String, Volume, TransferFunction)> = Vec::new();
-        for isosurface in &self.isosurfaces {
-            if let Color::OfField(name) = &isosurface.color
-                && !painters.iter().any(|(known, ..)| known == name)
+    ) -> anyhow::Result<SurfaceData> {
+        let mut fields: Vec<(String, Volume, TransferFunction)> = Vec::new();
+        let isosurfaces = self.isosurfaces.iter().map(|isosurface| &isosurface.color);
+        for color in isosurfaces.chain(self.meshes.iter().map(|mesh| &mesh.color)) {
+            if let Color::OfField(name) = color
+                && !fields.iter().any(|(known, ..)| known == name)
             {
                 let field = volume.other_field(opened, name)?;
                 let function = colors(&volume.data, &field)?;
-                painters.push((name.clone(), field, function));
+                fields.push((name.clone(), field, function));
             }
         }
-        Ok(Painters(painters))
+        let meshes = self.meshes.iter().map(MeshFile::read).collect::<anyhow::Result<_>>()?;
+        Ok(SurfaceData { fields, meshes })
     }
 
     /// The surfaces in a scene with this volume.
@@ -91,7 +111,7 @@ impl SurfaceArguments {
         &self,
         volume: &'a Volume,
         function: &TransferFunction,
-        Painters(painters): &'a Painters,
+        data: &'a SurfaceData,
     ) -> Vec<Surface<'a>> {
         let own = || Paint::Field(volume, function.clone());
         let range = if self.isosurfaces.is_empty() { None } else { volume.leaf_range() };
@@ -101,15 +121,7 @@ impl SurfaceArguments {
                 let name = volume.field().name();
                 note(&format!("amray: warning: isosurface {value}: {name} is from {low} to {high}, nothing is drawn"));
             }
-            let paint = match color {
-                Color::OfTransferFunction => own(),
-                Color::Plain(color) => Paint::Plain(*color),
-                Color::OfField(name) => painters.iter().find(|(known, ..)| known == name).map_or_else(own, |painter| {
-                    let (_, field, function) = painter;
-                    Paint::Field(field, function.clone())
-                }),
-            };
-            Surface { opacity: *opacity, ..Surface::isosurface(*value, paint) }
+            Surface { opacity: *opacity, ..Surface::isosurface(*value, data.paint(color, own())) }
         });
         let [low, high] = volume.hierarchy().bounds();
         let middle: [f64; 3] = std::array::from_fn(|axis| (low[axis] + high[axis]) / 2.0);
@@ -122,7 +134,40 @@ impl SurfaceArguments {
             }
             Surface { opacity: *opacity, ..Surface::slice(point, *normal, own()) }
         });
-        isosurfaces.chain(slices).collect()
+        let meshes = self.meshes.iter().zip(&data.meshes).map(|(MeshFile { color, opacity, .. }, mesh)| {
+            let paint = data.paint(color, Paint::Own);
+            Surface { opacity: *opacity, paint, ..Surface::mesh(mesh) }
+        });
+        isosurfaces.chain(slices).chain(meshes).collect()
+    }
+}
+
+impl SurfaceData {
+    /// A colour as paint; `own` where none is given.
+    fn paint<'a>(&'a self, color: &Color, own: Paint<'a>) -> Paint<'a> {
+        match color {
+            Color::Own => own,
+            Color::Plain(color) => Paint::Plain(*color),
+            Color::OfField(name) => match self.fields.iter().find(|(known, ..)| known == name) {
+                Some((_, field, function)) => Paint::Field(field, function.clone()),
+                None => own,
+            },
+        }
+    }
+}
+
+impl MeshFile {
+    /// Reads the mesh; says on standard error what of it is not drawn.
+    fn read(&self) -> anyhow::Result<Mesh> {
+        let name = self.path.display();
+        let description = files::open(&self.path)?;
+        let mesh = Mesh::new(description).map_err(|error| anyhow::anyhow!("{name}: {error}"))?;
+        match (mesh.triangle_count(), mesh.left_out()) {
+            (0, _) => note(&format!("amray: warning: {name}: there are no triangles, nothing is drawn")),
+            (_, 0) => {}
+            (_, count) => note(&format!("amray: warning: {name}: {count} triangles have no area and are not drawn")),
+        }
+        Ok(mesh)
     }
 }
 
@@ -135,16 +180,30 @@ fn isosurface(text: &str) -> Result<Isosurface, String> {
         [value, color, opacity] => (value, Some(color), Some(opacity)),
         _ => return Err("expected VALUE[:COLOR[:OPACITY]]".into()),
     };
-    let color = match color {
-        None | Some("") => Color::OfTransferFunction,
-        Some(color) => match (f32::from_str(color), number::list::<3>(color)) {
-            (Ok(grey), _) => Color::Plain([grey; 3]),
-            (_, Ok(color)) => Color::Plain(color.map(|channel| channel as f32)),
-            _ if color.contains(',') => return Err(format!("{color:?} is no colour: expected a number or r,g,b")),
-            _ => Color::OfField(color.into()),
-        },
+    Ok(Isosurface { value: number::finite(value)?, color: named_color(color)?, opacity: share(opacity)? })
+}
+
+/// `FILE[:COLOR[:OPACITY]]`.
+fn mesh(text: &str) -> Result<MeshFile, String> {
+    let parts: Vec<&str> = text.split(':').collect();
+    let (path, color, opacity) = match parts[..] {
+        [path] => (path, None, None),
+        [path, color] => (path, Some(color), None),
+        [path, color, opacity] => (path, Some(color), Some(opacity)),
+        _ => return Err("expected FILE[:COLOR[:OPACITY]]".into()),
     };
-    Ok(Isosurface { value: number::finite(value)?, color, opacity: share(opacity)? })
+    Ok(MeshFile { path: path.into(), color: named_color(color)?, opacity: share(opacity)? })
+}
+
+/// A number for a grey, `r,g,b`, or the name of a field.
+fn named_color(text: Option<&str>) -> Result<Color, String> {
+    let Some(text) = text.filter(|text| !text.is_empty()) else { return Ok(Color::Own) };
+    match (f32::from_str(text), number::list::<3>(text)) {
+        (Ok(grey), _) => Ok(Color::Plain([grey; 3])),
+        (_, Ok(color)) => Ok(Color::Plain(color.map(|channel| channel as f32))),
+        _ if text.contains(',') => Err(format!("{text:?} is no colour: expected a number or r,g,b")),
+        _ => Ok(Color::OfField(text.into())),
+    }
 }
 
 /// `AXIS|NORMAL[:PLACE[:OPACITY]]`.
@@ -195,11 +254,14 @@ mod tests {
     #[test]
     fn surfaces_are_read() {
         let expected = |value, color, opacity| Ok(Isosurface { value, color, opacity });
-        assert_eq!(isosurface("-2.5"), expected(-2.5, Color::OfTransferFunction, 1.0));
+        assert_eq!(isosurface("-2.5"), expected(-2.5, Color::Own, 1.0));
         assert_eq!(isosurface("1e3:0.5"), expected(1e3, Color::Plain([0.5; 3]), 1.0));
         assert_eq!(isosurface("0:1,0.5,0:0.25"), expected(0.0, Color::Plain([1.0, 0.5, 0.0]), 0.25));
-        assert_eq!(isosurface("0::0.25"), expected(0.0, Color::OfTransferFunction, 0.25));
+        assert_eq!(isosurface("0::0.25"), expected(0.0, Color::Own, 0.25));
         assert_eq!(isosurface("7:pressure:1"), expected(7.0, Color::OfField("pressure".into()), 1.0));
+        let file = |path: &str, color, opacity| Ok(MeshFile { path: path.into(), color, opacity });
+        assert_eq!(mesh("a/b.stl"), file("a/b.stl", Color::Own, 1.0));
+        assert_eq!(mesh("b.ply:pressure:0.5"), file("b.ply", Color::OfField("pressure".into()), 0.5));
         let expected = |normal, place, opacity| Ok(Slice { normal, place, opacity });
         assert_eq!(slice("y"), expected([0.0, 1.0, 0.0], Place::Middle, 1.0));
         assert_eq!(slice("z:-0.5:0.3"), expected([0.0, 0.0, 1.0], Place::OnAxis(Axis::Z, -0.5), 0.3));

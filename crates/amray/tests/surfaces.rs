@@ -7,6 +7,7 @@ use amray::hierarchy::{Hierarchy, IndexBox, LevelDescription};
 use amray::reconstruction::Method;
 use amray::render::{Engine, Film, Layout, RenderOptions, render};
 use amray::scene::{Camera, Light, Lighting, Material, Paint, Projection, Scene, Shading, Surface, Viewpoint};
+use amray_mesh::{Mesh, MeshDescription};
 use amray_testing::Random;
 
 use common::{extinction, of_centers};
@@ -278,4 +279,104 @@ fn surfaces_cast_shadows_on_surfaces_and_volumes() {
     // Above the roof the volume is lit and seen in full; its blue grows with the height.
     let above = 1.0 - 0.9 * 0.9;
     assert!((share - (above + (1.0 - above) * 0.25)).abs() < 0.01, "{share}");
+}
+
+/// A square of triangles around the z axis of the unit cube, at a height.
+fn square(half: f64, height: f64, colors: Option<[f32; 4]>) -> Mesh {
+    let corner = |x: f64, y: f64| [CENTER + half * x, CENTER + half * y, height];
+    let vertices = vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+    let triangles = vec![[0, 1, 2], [0, 2, 3]];
+    Mesh::new(MeshDescription { vertices, triangles, colors: colors.map(|color| vec![color; 4]), normals: None })
+        .unwrap()
+}
+
+fn flat(mesh: &Mesh) -> Surface<'_> {
+    Surface { material: None, ..Surface::mesh(mesh) }
+}
+
+#[test]
+fn meshes_lie_before_inside_and_behind_the_volume() {
+    let volume = slab(Method::Basis, |_| 0.5);
+    let function = extinction(&[(0.0, 1.0), (1.0, 1.0)]);
+    // How much of the volume is before a mesh at each height.
+    for (height, before) in [(2.0, 0.0), (1.0, 0.0), (0.7, 0.3), (0.0, 1.0), (-5.0, 1.0)] {
+        let mesh = square(0.3, height, None);
+        let scene = Scene { surfaces: vec![flat(&mesh)], ..Scene::new(&volume, function.clone(), 0.01, face()) };
+        let film = picture(&scene, 20, Layout::Padded);
+        let through = (-before as f32).exp();
+        for (place, pixel) in film.pixels().iter().enumerate() {
+            let [x, y] = [place % 20, place / 20].map(|pixel| (pixel as f64 + 0.5) / 20.0 - 0.5);
+            // Blue is 0.5 in the volume and 1 on the mesh.
+            let [blue, alpha] = match x.abs().max(y.abs()) < 0.3 {
+                true => [0.5 * (1.0 - through) + through, 1.0],
+                false => [0.5 * (1.0 - (-1.0f32).exp()), 1.0 - (-1.0f32).exp()],
+            };
+            let same = (pixel[2] - blue).abs() < 1e-5 && (pixel[3] - alpha).abs() < 1e-5;
+            assert!(same, "{height}: {pixel:?}, not {blue} and {alpha} at {x}, {y}");
+        }
+    }
+}
+
+#[test]
+fn meshes_are_seen_where_rays_miss_the_volume_and_through_each_other() {
+    let volume = slab(Method::Basis, |_| 0.5);
+    let (near, far) = (square(20.0, 1.5, Some([1.0, 0.0, 0.0, 0.25])), square(30.0, -3.0, Some([0.0, 0.0, 1.0, 1.0])));
+    let (eye, target) = ([0.5, 0.5, 30.0], [0.5; 3]);
+    for projection in [Projection::Perspective { fovy: 40.0 }, Projection::Orthographic { height: 15.0 }] {
+        let camera = Camera::new(Viewpoint { eye, target, up: [0.0, 1.0, 0.0], projection }).unwrap();
+        let film = picture(&bare(&volume, vec![flat(&far), flat(&near)], camera), 33, Layout::Padded);
+        for pixel in film.pixels() {
+            for (found, expected) in pixel.iter().zip([0.25, 0.0, 0.75, 1.0]) {
+                assert!((found - expected).abs() < 1e-6, "{pixel:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn meshes_outside_of_the_volume_are_lit_and_cast_shadows_into_it() {
+    let volume = slab(Method::Basis, |_| 0.5);
+    let light = |direction| Light::Directional { direction, color: [1.0; 3] };
+    let lighting =
+        |light| Lighting { lights: vec![light], shading: Shading::Isotropic, shadows: true, ambient_occlusion: None };
+    let middle = |film: Film| film.pixels()[10 * 20 + 10];
+    let matte = |mesh| Surface { material: Some(MATTE), ..Surface::mesh(mesh) };
+    // A roof over a floor, both far outside; the light comes from above, the eye looks from below the roof.
+    let (roof, floor) = (square(3.0, 9.0, None), square(3.0, -4.0, None));
+    let camera = || {
+        let viewpoint = Viewpoint {
+            eye: [0.5, 0.5, 5.0],
+            target: [0.5, 0.5, 0.0],
+            up: [0.0, 1.0, 0.0],
+            projection: Projection::Perspective { fovy: 10.0 },
+        };
+        Camera::new(viewpoint).unwrap()
+    };
+    let seen = |surfaces| {
+        let scene = Scene { lighting: lighting(light([0.0, 0.0, -1.0])), ..bare(&volume, surfaces, camera()) };
+        middle(picture(&scene, 20, Layout::Padded))
+    };
+    assert!((seen(vec![matte(&floor)])[0] - 1.0).abs() < 1e-5);
+    assert_eq!(seen(vec![matte(&floor), matte(&roof)])[0], 0.0);
+    // Half of what the roof keeps from the volume below it.
+    let lit = |surfaces| {
+        let function = extinction(&[(0.0, 1.0), (1.0, 1.0)]);
+        let scene = Scene { surfaces, ..Scene::new(&volume, function, 0.01, camera()) };
+        let scene = Scene { lighting: lighting(light([0.0, 0.0, -1.0])), ..scene };
+        middle(picture(&scene, 20, Layout::Padded))
+    };
+    let half = Surface { opacity: 0.5, ..matte(&roof) };
+    let (open, covered) = (lit(vec![]), lit(vec![half]));
+    assert!((covered[0] / open[0] - 0.5).abs() < 1e-3, "{covered:?}, {open:?}");
+}
+
+#[test]
+fn empty_meshes_change_nothing() {
+    let volume = slab(Method::Basis, |z| z);
+    let function = extinction(&[(0.0, 0.0), (1.0, 5.0)]);
+    let empty = Mesh::new(MeshDescription::default()).unwrap();
+    let scene = |surfaces| Scene { surfaces, ..Scene::new(&volume, function.clone(), 0.01, face()) };
+    let [with, without] =
+        [vec![Surface::mesh(&empty)], vec![]].map(|surfaces| picture(&scene(surfaces), 32, Layout::Padded));
+    assert_eq!(with.pixels(), without.pixels());
 }

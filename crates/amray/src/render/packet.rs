@@ -25,8 +25,8 @@ pub(super) type Masks<S> = [Mask<S>; PACKETS];
 pub(super) struct Packet<S: Gather> {
     pub(super) start: [Doubles<S>; 3],
     pub(super) direction: [Doubles<S>; 3],
-    /// How far from the eye the first ray starts.
-    pub(super) distance: f32,
+    /// How far from their origin the rays start.
+    pub(super) entry: Floats<S>,
     /// Where on its ray each lattice of samples has a point.
     pub(super) offset: Doubles<S>,
     /// The length of a step on level 0, and one over it.
@@ -142,6 +142,17 @@ impl<S: Gather> Packet<S> {
             let b = (Doubles::splat(simd, high[axis]) - start[axis]).to_floats() * inverse[axis];
             entry = entry.max(a.min(b));
         }
+        // A ray that misses the domain starts beside it, not where it crosses a plane far away.
+        let (mut toward_middle, mut half_diagonal) = (zero, 0.0);
+        for axis in 0..3 {
+            let size = finest[axis];
+            let middle = Doubles::splat(simd, (low[axis] + high[axis]) / 2.0);
+            let square = Doubles::splat(simd, size * size);
+            toward_middle = (middle - start[axis]).mul_add(direction[axis] * square, toward_middle);
+            half_diagonal += ((high[axis] - low[axis]) * size / 2.0).powi(2);
+        }
+        let farthest = toward_middle.to_floats() + Floats::splat(simd, half_diagonal.sqrt() as f32);
+        let entry = entry.min(farthest.max(Floats::splat(simd, 0.0)));
         // Rather too early than too late.
         let entry = Doubles::from_floats(entry * Floats::splat(simd, 1.0 - 1e-6));
         let (mut reference, mut lag) = ([0.0; 3], [Floats::splat(simd, 0.0); 3]);
@@ -155,7 +166,7 @@ impl<S: Gather> Packet<S> {
         Self {
             start,
             direction,
-            distance: entry.first() as f32,
+            entry: entry.to_floats(),
             offset,
             coarse_step,
             coarse_rate,

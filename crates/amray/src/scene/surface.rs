@@ -1,5 +1,7 @@
 //! Surfaces in a scene, beside and inside volumes.
 
+use amray_mesh::Mesh;
+
 use super::Material;
 use crate::Volume;
 use crate::appearance::TransferFunction;
@@ -8,7 +10,7 @@ use crate::appearance::TransferFunction;
 #[derive(Clone, Debug)]
 pub struct Surface<'a> {
     /// Where it is.
-    pub shape: Shape,
+    pub shape: Shape<'a>,
     /// Its colour.
     pub paint: Paint<'a>,
     /// From 0, not there, to 1, nothing behind it is seen.
@@ -18,8 +20,8 @@ pub struct Surface<'a> {
 }
 
 /// Where a surface is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+#[derive(Clone, Copy, Debug)]
+pub enum Shape<'a> {
     /// Where the scene's volume has this value, to the reconstruction; faces over which values jump from one side of it
     /// to the other belong to it.
     Isosurface(f64),
@@ -30,11 +32,15 @@ pub enum Shape {
         /// Across it: of any length but 0.
         normal: [f64; 3],
     },
+    /// Triangles, inside or outside of the volume.
+    Mesh(&'a Mesh),
 }
 
 /// What colour a surface has.
 #[derive(Clone, Debug)]
 pub enum Paint<'a> {
+    /// A mesh's own colours and opacities, white where it has none; other shapes are white.
+    Own,
     /// The same all over: red, green and blue.
     Plain([f32; 3]),
     /// The colours that a transfer function gives to a field's values there; nothing where there is no value.
@@ -45,6 +51,11 @@ impl<'a> Surface<'a> {
     /// An opaque isosurface that reflects light.
     pub fn isosurface(value: f64, paint: Paint<'a>) -> Self {
         Self { shape: Shape::Isosurface(value), paint, opacity: 1.0, material: Some(Material::default()) }
+    }
+
+    /// A mesh in its own colours that reflects light.
+    pub fn mesh(mesh: &'a Mesh) -> Self {
+        Self { shape: Shape::Mesh(mesh), paint: Paint::Own, opacity: 1.0, material: Some(Material::default()) }
     }
 
     /// An opaque slice that shows colours as they are.

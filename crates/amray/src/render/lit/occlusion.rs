@@ -15,12 +15,12 @@ use crate::simd::{Doubles, Floats, Gather, Mask};
 
 /// What may lie between a point and a light.
 pub(in super::super) trait Occluders: Sync {
-    /// Dims light along packets of rays, between the ends of `span`.
+    /// Dims light along packets of rays, between the ends of `reach`; those of `span` lie in the domain.
     fn dim<S: Gather>(
         &self,
         simd: S,
         packets: &Packets<S>,
-        span: &Span<S>,
+        span_and_reach: (&Span<S>, &Span<S>),
         through: &mut [Floats<S>; PACKETS],
         stack: &mut Stack<S>,
         statistics: &mut RenderStatistics,
@@ -39,13 +39,13 @@ impl<V: RegionValues + Copy> Occluders for Obstacles<'_, V> {
         &self,
         simd: S,
         packets: &Packets<S>,
-        span: &Span<S>,
+        (span, reach): (&Span<S>, &Span<S>),
         through: &mut [Floats<S>; PACKETS],
         stack: &mut Stack<S>,
         statistics: &mut RenderStatistics,
     ) {
         if let Some(surfaces) = &self.surfaces {
-            surfaces.dim(simd, packets, span, through, stack);
+            surfaces.dim(simd, packets, (span, reach), through, stack);
         }
         self.march.collect(simd, packets, span, (&mut Dimming, through), stack, statistics);
     }
@@ -181,8 +181,11 @@ impl<'a, O: Occluders> Occlusion<'a, O> {
                 let Some(AmbientOcclusion { rays: count, distance }) = self.ambient else { return arriving };
                 for ray in 0..count {
                     let (rays, directions) = self.around(simd, ray, asked);
-                    let far = Floats::splat(simd, distance as f32);
-                    let through = self.through(simd, asked, &rays, [far; PACKETS], stack, statistics);
+                    let mut far = [Floats::splat(simd, distance as f32); PACKETS];
+                    for number in 0..PACKETS {
+                        far[number] -= rays[number].entry;
+                    }
+                    let through = self.through(simd, asked, &rays, far, stack, statistics);
                     for number in 0..PACKETS {
                         let missing = (one - through[number]) * Floats::splat(simd, (count as f32).recip());
                         arriving[number][0] += missing;
@@ -197,7 +200,7 @@ impl<'a, O: Occluders> Occlusion<'a, O> {
         arriving
     }
 
-    /// What comes through along rays, which go as far as `far` from the points or end there.
+    /// What comes through along rays, which end at `far`.
     #[inline(never)]
     fn through<S: Gather>(
         &self,
@@ -214,21 +217,24 @@ impl<'a, O: Occluders> Occlusion<'a, O> {
                 let domain = self.index.domain();
                 let [low, high] = [domain.low, domain.high].map(|corner| corner.map(|cell| cell as f64));
                 let zero = Floats::splat(simd, 0.0);
-                let mut span = Span { enter: [zero; PACKETS], leave: [zero; PACKETS] };
+                let mut reach = Span { enter: [zero; PACKETS], leave: far };
+                let mut span = reach;
                 for number in 0..PACKETS {
-                    let [mut enter, leave] = rays[number].clip(simd, low, high);
-                    let mut leave = leave.min(far[number]);
+                    let Asked { rays: active, skipped, .. } = asked[number];
+                    reach.enter[number] = -rays[number].entry;
                     if rays[number].comes_from_eye() {
-                        leave -= asked[number].skipped;
+                        reach.leave[number] -= skipped;
                     } else {
-                        enter = enter.max(asked[number].skipped);
+                        reach.enter[number] += skipped;
                     }
-                    span.enter[number] = enter;
-                    span.leave[number] = asked[number].rays.select(leave, enter);
-                    statistics.secondary_rays += u64::from(asked[number].rays.to_bitmask().count_ones());
+                    reach.leave[number] = active.select(reach.leave[number], reach.enter[number]);
+                    let [enter, leave] = rays[number].clip(simd, low, high);
+                    span.enter[number] = enter.max(reach.enter[number]);
+                    span.leave[number] = leave.min(reach.leave[number]);
+                    statistics.secondary_rays += u64::from(active.to_bitmask().count_ones());
                 }
                 let mut through = [Floats::splat(simd, 1.0); PACKETS];
-                self.occluders.dim(simd, rays, &span, &mut through, stack, statistics);
+                self.occluders.dim(simd, rays, (&span, &reach), &mut through, stack, statistics);
                 through
             },
         )

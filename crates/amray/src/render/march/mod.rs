@@ -222,7 +222,7 @@ impl<'a, S: Gather, M: Medium, C: Collector<S, M>> Marcher<'a, S, M, C> {
         let nearest = simd.reduce_min_f32x16(nearest);
         // Cells much smaller than a pixel need not all be looked at.
         let step = self.packets[0].coarse_step.first() as f32 * look.step;
-        let look = &SeenLook { step: look.step * footprint.longer(step, self.packets[0].distance + nearest), ..*look };
+        let look = &SeenLook { step: look.step * footprint.longer(step, self.packets[0].entry[0] + nearest), ..*look };
         let mut courses = [Course::none(simd); PACKETS];
         for packet in 0..PACKETS {
             if rays[packet].any_true() {

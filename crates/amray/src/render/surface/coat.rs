@@ -19,6 +19,7 @@ pub(super) struct Coat<'a> {
 }
 
 enum PreparedPaint<'a> {
+    Own,
     Plain([f32; 3]),
     Field(Colors<'a>),
 }
@@ -37,6 +38,7 @@ impl<'a> Coat<'a> {
     /// Of a surface in a scene with this volume.
     pub(super) fn new(volume: &'a Volume, surface: &'a Surface<'a>, normal: Option<[f64; 3]>) -> Self {
         let paint = match &surface.paint {
+            Paint::Own => PreparedPaint::Own,
             Paint::Plain(color) => PreparedPaint::Plain(*color),
             Paint::Field(field, function) => PreparedPaint::Field(Colors {
                 sampler: field.packet_sampler(),
@@ -59,7 +61,20 @@ impl<'a> Coat<'a> {
         1.0 - self.opacity
     }
 
-    /// Puts the surface's colours and opacities at `places` of some lanes into those that are there.
+    /// The opacity where the surface's own is `alpha`.
+    pub(super) fn alpha(&self, alpha: f32) -> f32 {
+        match self.paint {
+            PreparedPaint::Own => alpha * self.opacity,
+            PreparedPaint::Plain(_) | PreparedPaint::Field(_) => self.opacity,
+        }
+    }
+
+    /// Whether nothing is seen through it, wherever it is.
+    pub(super) fn is_opaque(&self) -> bool {
+        self.opacity >= 1.0 && !matches!(self.paint, PreparedPaint::Field(_))
+    }
+
+    /// Puts the surface's colours and opacities at `places` of some lanes into those that are there, which are its own.
     #[inline(always)]
     pub(super) fn color<S: Gather>(
         &self,
@@ -71,6 +86,7 @@ impl<'a> Coat<'a> {
         let here = mask_of(simd, lanes);
         let opacity = Floats::splat(simd, self.opacity);
         let [r, g, b, a] = match &self.paint {
+            PreparedPaint::Own => [*red, *green, *blue, *alpha * opacity],
             PreparedPaint::Plain([r, g, b]) => {
                 [Floats::splat(simd, *r), Floats::splat(simd, *g), Floats::splat(simd, *b), opacity]
             }

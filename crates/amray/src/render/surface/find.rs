@@ -6,8 +6,9 @@ use super::super::packet::{Masks, PACKETS, Packet, Packets};
 use super::super::traverse::{Span, Stack};
 use super::super::walk::{Crossings, Levels, Walk};
 use super::Surfaces;
+use super::layers::Layers;
 use crate::layout::RegionValues;
-use crate::simd::{Doubles, Floats, Gather, Integers, Mask};
+use crate::simd::{Doubles, Floats, Gather, Integers, LANES, Mask, lanes_of};
 
 /// Where rays meet surfaces, and which ones; infinity where they meet none.
 #[derive(Clone, Copy)]
@@ -58,14 +59,68 @@ impl<'a, S: Gather, V: RegionValues + Copy> Seeker<'a, S, V> {
 
     /// Finds what `rays` meet behind what they have met.
     #[inline(always)]
-    pub(super) fn go_on(&mut self, simd: S, rays: &Masks<S>, packets: &Packets<S>, stack: &mut Stack<S>) {
+    pub(super) fn go_on(
+        &mut self,
+        simd: S,
+        rays: &Masks<S>,
+        packets: &Packets<S>,
+        stack: &mut Stack<S>,
+        layers: Option<&mut Layers>,
+    ) {
         let mut through = *rays;
         let count = Integers::splat(simd, self.surfaces.plan.levels.len() as i32);
         for packet in 0..PACKETS {
             through[packet] &= self.met.number[packet].simd_lt(count);
         }
         self.seek(simd, &through, &through, packets, stack);
+        let met = self.met;
         self.nearest(simd, rays, packets);
+        if let Some(layers) = layers {
+            let first = Integers::splat(simd, self.surfaces.plan.first_mesh() as i32);
+            for packet in 0..PACKETS {
+                layers.pass(packet, lanes_of(rays[packet] & met.number[packet].simd_ge(first)));
+            }
+            self.nearest_layer(simd, rays, layers, &met);
+        }
+    }
+
+    /// Finds what rays meet of meshes between the ends of `reach`.
+    #[inline(always)]
+    pub(super) fn seek_meshes(&mut self, simd: S, packets: &Packets<S>, reach: &Span<S>, layers: &mut Layers) {
+        let plan = self.surfaces.plan;
+        if plan.meshes.is_empty() {
+            return;
+        }
+        let all = [Mask::splat(simd, true); PACKETS];
+        for packet in 0..PACKETS {
+            let ends = [reach.enter[packet], reach.leave[packet]];
+            layers.find(plan, &packets[packet], packet, ends, u16::MAX);
+        }
+        let before = Met { at: [Floats::splat(simd, f32::NEG_INFINITY); PACKETS], ..self.met };
+        self.nearest_layer(simd, &all, layers, &before);
+    }
+
+    /// The next layers of meshes, where they are nearer than what else is ahead; not before what rays have met.
+    #[inline(always)]
+    fn nearest_layer(&mut self, simd: S, rays: &Masks<S>, layers: &Layers, before: &Met<S>) {
+        if self.surfaces.plan.meshes.is_empty() {
+            return;
+        }
+        for packet in 0..PACKETS {
+            let (mut at, mut number) = ([f32::INFINITY; LANES], [0; LANES]);
+            for lane in 0..LANES {
+                if let Some(layer) = layers.next(packet, lane) {
+                    (at[lane], number[lane]) = (layer.at, layer.number);
+                }
+            }
+            let at = Floats::from_slice(simd, &at).max(before.at[packet]);
+            let met = &mut self.met;
+            let other = met.rays[packet].select(met.at[packet], Floats::splat(simd, f32::INFINITY));
+            let nearer = rays[packet] & at.simd_lt(other);
+            met.at[packet] = nearer.select(at, other);
+            met.number[packet] = nearer.select(Integers::from_slice(simd, &number), met.number[packet]);
+            met.rays[packet] |= nearer;
+        }
     }
 
     /// Looks for the next isosurfaces of `rays`, some of which are `starting` on one.

@@ -2,6 +2,7 @@
 
 mod coat;
 mod find;
+mod layers;
 mod plan;
 mod shade;
 
@@ -17,6 +18,7 @@ use crate::layout::{PieceNode, RegionValues};
 use crate::simd::{Floats, Gather};
 
 use find::Seeker;
+use layers::Layers;
 pub(super) use plan::SurfacePlan;
 
 /// How many surfaces a ray goes through at most.
@@ -40,7 +42,7 @@ pub(super) struct WithSurfaces<'a, E, V> {
 }
 
 impl<E: Trace, V: RegionValues + Copy> Trace for WithSurfaces<'_, E, V> {
-    type Scratch<S: Gather> = (E::Scratch<S>, Stack<S>);
+    type Scratch<S: Gather> = (E::Scratch<S>, (Stack<S>, Layers));
 
     #[inline(always)]
     fn trace<S: Gather>(
@@ -49,10 +51,12 @@ impl<E: Trace, V: RegionValues + Copy> Trace for WithSurfaces<'_, E, V> {
         packets: &Packets<S>,
         span: &Span<S>,
         lights: &mut [Radiance<S>; PACKETS],
-        (scratch, stack): &mut (E::Scratch<S>, Stack<S>),
+        (scratch, (stack, layers)): &mut (E::Scratch<S>, (Stack<S>, Layers)),
         statistics: &mut RenderStatistics,
     ) {
+        let reach = reach(simd, packets);
         let mut seeker = Seeker::new(simd, self.surfaces, packets, *span, stack);
+        seeker.seek_meshes(simd, packets, &reach, layers);
         let mut part = *span;
         for _ in 0..MOST {
             let met = seeker.met;
@@ -66,16 +70,28 @@ impl<E: Trace, V: RegionValues + Copy> Trace for WithSurfaces<'_, E, V> {
                 meeting[packet] &= clear(simd, lights[packet].transmittance);
                 any |= meeting[packet].any_true();
                 // Rays that meet nothing more are through.
-                part.enter[packet] = meeting[packet].select(met.at[packet], Floats::splat(simd, f32::INFINITY));
+                let behind = met.at[packet].max(span.enter[packet]);
+                part.enter[packet] = meeting[packet].select(behind, Floats::splat(simd, f32::INFINITY));
             }
             if !any {
                 return;
             }
-            self.shade(simd, packets, (&met, &meeting), lights, stack, statistics);
+            self.shade(simd, packets, (&met, &meeting, layers), lights, stack, statistics);
             for packet in 0..PACKETS {
                 meeting[packet] &= clear(simd, lights[packet].transmittance);
             }
-            seeker.go_on(simd, &meeting, packets, stack);
+            seeker.go_on(simd, &meeting, packets, stack, Some(layers));
         }
     }
+}
+
+/// From the eye to infinity.
+#[inline(always)]
+fn reach<S: Gather>(simd: S, packets: &Packets<S>) -> Span<S> {
+    let infinity = Floats::splat(simd, f32::INFINITY);
+    let mut reach = Span { enter: [infinity; PACKETS], leave: [infinity; PACKETS] };
+    for packet in 0..PACKETS {
+        reach.enter[packet] = -packets[packet].entry;
+    }
+    reach
 }

@@ -10,8 +10,10 @@ use crate::scene::{Shape, Surface};
 use super::super::visibility::NodeLook;
 use super::super::walk::{Levels, looks};
 use super::coat::Coat;
+use super::layers::MeshPlan;
 
-/// The surfaces of a scene. They are numbered: isosurfaces from the lowest value on, then slices.
+/// The surfaces of a scene. They are numbered: isosurfaces from the lowest value on, then slices,
+/// then meshes.
 pub(in super::super) struct SurfacePlan<'a> {
     pub(super) volume: &'a Volume,
     pub(super) sampler: AnySampler<'a>,
@@ -19,6 +21,7 @@ pub(in super::super) struct SurfacePlan<'a> {
     pub(super) levels: Vec<f32>,
     pub(super) looks: Vec<NodeLook>,
     pub(super) planes: Vec<Plane>,
+    pub(super) meshes: Vec<MeshPlan<'a>>,
     pub(super) coats: Vec<Coat<'a>>,
 }
 
@@ -36,12 +39,18 @@ impl<'a> SurfacePlan<'a> {
         }
         let Normalisation { low, scale } = volume.normalisation();
         let (mut isosurfaces, mut planes, mut slices) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut meshes, mut shells) = (Vec::new(), Vec::new());
         for surface in surfaces {
             match surface.shape {
                 Shape::Isosurface(value) => isosurfaces.push((((value - low) * scale) as f32, surface)),
                 Shape::Slice { point, normal } => {
                     planes.push(Plane::new(volume, point, normal));
                     slices.push(Coat::new(volume, surface, Some(normal)));
+                }
+                Shape::Mesh(mesh) => {
+                    let coat = Coat::new(volume, surface, None);
+                    meshes.push(MeshPlan { mesh, is_opaque: coat.is_opaque() && mesh.is_opaque() });
+                    shells.push(coat);
                 }
             }
         }
@@ -53,7 +62,13 @@ impl<'a> SurfacePlan<'a> {
         };
         let mut coats: Vec<_> = isosurfaces.into_iter().map(|surface| Coat::new(volume, surface, None)).collect();
         coats.append(&mut slices);
-        Some(Self { volume, sampler: volume.packet_sampler(), levels, looks, planes, coats })
+        coats.append(&mut shells);
+        Some(Self { volume, sampler: volume.packet_sampler(), levels, looks, planes, meshes, coats })
+    }
+
+    /// The number of the first mesh.
+    pub(super) fn first_mesh(&self) -> usize {
+        self.levels.len() + self.planes.len()
     }
 }
 

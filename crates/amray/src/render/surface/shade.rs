@@ -1,5 +1,6 @@
 //! The light of surfaces, and what of other light they let through.
 
+use amray_mesh::Hit;
 use fearless_simd::prelude::*;
 
 use super::super::RenderStatistics;
@@ -8,10 +9,12 @@ use super::super::march::clear;
 use super::super::packet::{Masks, PACKETS, Packet, Packets};
 use super::super::traverse::{Span, Stack};
 use super::find::{Met, Seeker};
+use super::layers::Layers;
+use super::plan::SurfacePlan;
 use super::{MOST, Surfaces, WithSurfaces};
 use crate::appearance::Radiance;
 use crate::layout::RegionValues;
-use crate::simd::{Doubles, Floats, Gather, Integers, LANES, Mask, lanes_of, mask_of};
+use crate::simd::{Doubles, Floats, Gather, Integers, LANES, LaneSet, Mask, lanes_of, mask_of};
 
 /// How far off its surface, in cells of the finest level, a ray to a light starts; and by how much of the way to it.
 const OFF: f32 = 1e-2;
@@ -24,7 +27,7 @@ impl<E, V: RegionValues + Copy> WithSurfaces<'_, E, V> {
         &self,
         simd: S,
         packets: &Packets<S>,
-        (met, meeting): (&Met<S>, &Masks<S>),
+        (met, meeting, layers): (&Met<S>, &Masks<S>, &Layers),
         lights: &mut [Radiance<S>; PACKETS],
         stack: &mut Stack<S>,
         statistics: &mut RenderStatistics,
@@ -35,15 +38,19 @@ impl<E, V: RegionValues + Copy> WithSurfaces<'_, E, V> {
                 let zero = Floats::splat(simd, 0.0);
                 let mut asked = [Asked::nothing(simd); PACKETS];
                 let mut normals = [[zero; 3]; PACKETS];
+                let mut own = [[Floats::splat(simd, 1.0); 4]; PACKETS];
                 for packet in 0..PACKETS {
                     let lanes = lanes_of(meeting[packet]);
                     if lanes == 0 {
                         continue;
                     }
                     let place = packets[packet].at(met.at[packet]);
-                    normals[packet] = self.normals(simd, &packets[packet], &place, met.number[packet], lanes);
+                    let met_here = (met.number[packet], lanes);
+                    normals[packet] = self.normals(simd, &place, met_here);
+                    self.of_meshes(simd, packet, (met_here, layers), (&mut normals[packet], &mut own[packet]));
+                    normals[packet] = self.lamps.toward_eye(simd, &packets[packet], normals[packet]);
                     let off = met.at[packet].abs() * Floats::splat(simd, ROUNDING / self.cell_size());
-                    let off = off + Floats::splat(simd, OFF);
+                    let off = off + Floats::splat(simd, OFF.max(2.0 * self.precision() / self.cell_size()));
                     asked[packet] = Asked { rays: meeting[packet], place, skipped: zero };
                     for axis in 0..3 {
                         asked[packet].place[axis] = place[axis] + Doubles::from_floats(normals[packet][axis] * off);
@@ -61,7 +68,7 @@ impl<E, V: RegionValues + Copy> WithSurfaces<'_, E, V> {
                     let (light, lanes) = (&mut lights[packet], lanes_of(meeting[packet]));
                     if lanes != 0 {
                         let place = packets[packet].at(met.at[packet]);
-                        let met = (met.number[packet], lanes);
+                        let met = (met.number[packet], lanes, &own[packet]);
                         self.add(simd, &packets[packet], (&place, &normals[packet]), met, &arriving[packet], light);
                     }
                 }
@@ -75,15 +82,41 @@ impl<E, V: RegionValues + Copy> WithSurfaces<'_, E, V> {
         hierarchy.levels()[hierarchy.finest_level()].cell_size().into_iter().fold(0.0, f64::max) as f32
     }
 
-    /// Across surfaces, in world space, of length 1 and on the eye's side.
+    /// How far meshes may be from where they are met, in world units.
+    fn precision(&self) -> f32 {
+        self.surfaces.plan.meshes.iter().map(|mesh| mesh.mesh.precision()).fold(0.0, f64::max) as f32
+    }
+
+    /// Puts the normals and colours of meshes that lanes meet into those that are there.
+    #[inline(always)]
+    fn of_meshes<S: Gather>(
+        &self,
+        simd: S,
+        packet: usize,
+        ((numbers, lanes), layers): ((Integers<S>, LaneSet), &Layers),
+        (normals, colors): (&mut [Floats<S>; 3], &mut [Floats<S>; 4]),
+    ) {
+        let first = Integers::splat(simd, self.surfaces.plan.first_mesh() as i32);
+        let meshes = lanes_of(numbers.simd_ge(first)) & lanes;
+        for lane in (0..LANES).filter(|lane| meshes >> lane & 1 == 1) {
+            if let Some(layer) = layers.next(packet, lane) {
+                for axis in 0..3 {
+                    normals[axis][lane] = layer.hit.normal[axis];
+                }
+                for channel in 0..4 {
+                    colors[channel][lane] = layer.hit.color[channel];
+                }
+            }
+        }
+    }
+
+    /// Across isosurfaces and slices, in world space, of any length.
     #[inline(always)]
     fn normals<S: Gather>(
         &self,
         simd: S,
-        packet: &Packet<S>,
         place: &[Doubles<S>; 3],
-        numbers: Integers<S>,
-        lanes: u16,
+        (numbers, lanes): (Integers<S>, LaneSet),
     ) -> [Floats<S>; 3] {
         let plan = self.surfaces.plan;
         let zero = Floats::splat(simd, 0.0);
@@ -101,7 +134,7 @@ impl<E, V: RegionValues + Copy> WithSurfaces<'_, E, V> {
                 }
             }
         }
-        self.lamps.toward_eye(simd, packet, normals)
+        normals
     }
 
     /// How the values at places rise from one leaf cell before them to one behind, in world space: as between cells'
@@ -142,7 +175,7 @@ impl<E, V: RegionValues + Copy> WithSurfaces<'_, E, V> {
         simd: S,
         packet: &Packet<S>,
         (place, normal): (&[Doubles<S>; 3], &[Floats<S>; 3]),
-        (numbers, lanes): (Integers<S>, u16),
+        (numbers, lanes, own): (Integers<S>, LaneSet, &[Floats<S>; 4]),
         arriving: &Arriving<S>,
         light: &mut Radiance<S>,
     ) {
@@ -154,8 +187,7 @@ impl<E, V: RegionValues + Copy> WithSurfaces<'_, E, V> {
             let here = numbers.simd_eq(Integers::splat(simd, number)) & mask_of(simd, left);
             left &= !lanes_of(here);
             let coat = &plan.coats[number as usize];
-            let zero = Floats::splat(simd, 0.0);
-            let mut parts = [zero; 4];
+            let mut parts = *own;
             coat.color(simd, place, lanes_of(here), &mut parts);
             let [red, green, blue, alpha] = parts;
             let opacity = light.transmittance * alpha;
@@ -179,13 +211,21 @@ impl<V: RegionValues + Copy> Surfaces<'_, V> {
         &self,
         simd: S,
         packets: &Packets<S>,
-        span: &Span<S>,
+        (span, reach): (&Span<S>, &Span<S>),
         through: &mut [Floats<S>; PACKETS],
         stack: &mut Stack<S>,
     ) {
         simd.vectorize(
             #[inline(always)]
             || {
+                if !self.plan.meshes.is_empty() {
+                    for packet in 0..PACKETS {
+                        self.plan.dim(simd, &packets[packet], (packet, reach), &mut through[packet]);
+                    }
+                }
+                if self.plan.first_mesh() == 0 {
+                    return;
+                }
                 let mut seeker = Seeker::new(simd, *self, packets, *span, stack);
                 for _ in 0..MOST {
                     let mut going = seeker.met.rays;
@@ -202,9 +242,29 @@ impl<V: RegionValues + Copy> Surfaces<'_, V> {
                     if !any {
                         return;
                     }
-                    seeker.go_on(simd, &going, packets, stack);
+                    seeker.go_on(simd, &going, packets, stack, None);
                 }
             },
         );
+    }
+}
+
+impl SurfacePlan<'_> {
+    /// Dims the light of a packet's rays that goes through meshes.
+    #[inline(always)]
+    fn dim<S: Gather>(&self, simd: S, packet: &Packet<S>, (number, reach): (usize, &Span<S>), through: &mut Floats<S>) {
+        let rays = self.rays(packet, [reach.enter[number], reach.leave[number]]);
+        let going = lanes_of(clear(simd, *through) & reach.enter[number].simd_lt(reach.leave[number]));
+        let mut lanes: [f32; LANES] = (*through).into();
+        for lane in (0..LANES).filter(|lane| going >> lane & 1 == 1) {
+            for (mesh, coat) in self.meshes.iter().zip(&self.coats[self.first_mesh()..]) {
+                let alpha = |hit: &Hit| coat.alpha(hit.color[3]);
+                lanes[lane] *= match mesh.is_opaque {
+                    true => f32::from(u8::from(!mesh.mesh.is_hit(&rays[lane]))),
+                    false => mesh.mesh.transmittance(&rays[lane], alpha) as f32,
+                };
+            }
+        }
+        *through = Floats::from_slice(simd, &lanes);
     }
 }
