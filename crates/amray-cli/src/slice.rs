@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use amray::appearance::{Picture, TransferFunction, color_bar};
-use amray::render::{Axis, Slice, SliceImage};
+use amray::render::{Axis, Slice, ValueImage};
 use amray_formats::FormatError;
 use amray_formats::output::check_writable;
 use amray_formats::picture::{PictureFormat, write_array, write_png};
@@ -117,7 +117,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 /// A bar less high than this has no room for its numbers.
 const MIN_BAR: usize = 128;
 
-fn colored(image: &SliceImage, function: &TransferFunction) -> Vec<[u8; 4]> {
+fn colored(image: &ValueImage, function: &TransferFunction) -> Vec<[u8; 4]> {
     let colors = function.prepared(1.0);
     let color = |&value: &f64| {
         if !value.is_finite() {

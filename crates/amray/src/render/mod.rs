@@ -5,10 +5,12 @@ mod frame;
 mod lit;
 mod march;
 mod packet;
+mod project;
 mod query;
 mod slice;
 mod surface;
 mod traverse;
+mod value_image;
 mod visibility;
 mod walk;
 
@@ -23,7 +25,9 @@ use crate::simd::Gather;
 
 pub use crate::layout::{Layout, padded_bytes};
 pub use film::Film;
-pub use slice::{Axis, Slice, SliceImage, UnknownAxis};
+pub use project::{Reduction, UnknownReduction, project};
+pub use slice::{Axis, Slice, UnknownAxis};
+pub use value_image::ValueImage;
 
 use frame::{Frame, Tile};
 use packet::{PACKETS, Packets};

@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
+use super::value_image::ValueImage;
 use crate::Volume;
 
 /// A coordinate axis.
@@ -62,15 +63,6 @@ pub struct Slice {
     pub at: f64,
 }
 
-/// The values on a slice. Row 0 is on top, where the second of [`Axis::across`] is highest.
-#[derive(Clone, Debug, PartialEq)]
-pub struct SliceImage {
-    /// Width and height in pixels.
-    pub size: [usize; 2],
-    /// The values, row by row; NaN where there is none.
-    pub values: Vec<f64>,
-}
-
 impl Slice {
     /// The size in pixels of a picture of the whole slice whose longer side has `longest` pixels; pixels are square.
     pub fn fitting_size(&self, volume: &Volume, longest: usize) -> [usize; 2] {
@@ -80,8 +72,9 @@ impl Slice {
         sides.map(|side| ((side * scale).round() as usize).max(1))
     }
 
-    /// Samples the volume on the whole slice, at the centres of `size` pixels (width, height).
-    pub fn sample(&self, volume: &Volume, size: [usize; 2]) -> SliceImage {
+    /// Samples the volume on the whole slice, at the centres of `size` pixels (width, height). Row 0 is on top, where the
+    /// second of [`Axis::across`] is highest.
+    pub fn sample(&self, volume: &Volume, size: [usize; 2]) -> ValueImage {
         let [low, high] = volume.hierarchy().bounds();
         let [right, up] = self.axis.across().map(|axis| axis as usize);
         let mut point = [0.0; 3];
@@ -95,6 +88,6 @@ impl Slice {
             point[up] = high[up] - (high[up] - low[up]) * share(row, size[1]);
             point
         });
-        SliceImage { size, values }
+        ValueImage { size, values }
     }
 }

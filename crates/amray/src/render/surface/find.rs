@@ -138,7 +138,10 @@ impl<'a, S: Gather, V: RegionValues + Copy> Seeker<'a, S, V> {
                     span.enter[packet] = starting[packet].select(self.met.at[packet], span.enter[packet]);
                 }
                 let mut crossings = Crossings::new(simd, Levels(&plan.levels), *rays, (*starting, self.behind));
-                Walk { values, pieces, looks: &plan.looks }.walk(simd, packets, &span, &mut crossings, stack);
+                let method = plan.volume.method();
+                let index = plan.volume.index();
+                let walk = Walk { values, index, pieces, looks: &plan.looks, method };
+                walk.walk(simd, packets, &span, &mut crossings, stack);
                 for packet in 0..PACKETS {
                     let rays = rays[packet];
                     self.isosurface[packet] = rays.select(crossings.at[packet], self.isosurface[packet]);

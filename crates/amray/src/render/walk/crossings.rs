@@ -6,6 +6,7 @@
 
 use fearless_simd::prelude::*;
 
+use super::cubic::Cubic;
 use super::{Steps, Stretch};
 use crate::layout::{PieceNode, RegionValues};
 use crate::render::packet::{Masks, PACKETS};
@@ -17,8 +18,12 @@ pub(in super::super) struct Levels<'a>(pub(in super::super) &'a [f32]);
 
 /// The rank where there is no value.
 const NOWHERE: i32 = -1;
-/// How often a bracket is made smaller, by turns with a secant and in the middle.
-const TURNS: usize = 5;
+/// How often a bracket is made smaller at most, by turns with a secant and in the middle.
+const TURNS: usize = 32;
+/// Where it is as small as this, over the step, or where a value is that much nearer to the level than those at both ends
+/// were, that is enough. (Where values jump, none may be.)
+const NARROW: f32 = 1e-4;
+const NEAR: f32 = 1e-2;
 
 impl Levels<'_> {
     /// How many levels lie below values.
@@ -148,16 +153,10 @@ impl<S: Gather, V: RegionValues> Steps<S, V> for Crossings<'_, S> {
     #[inline(always)]
     fn step(&mut self, stretch: &Stretch<S, V>, packet: usize, ends: [Floats<S>; 2], rays: Mask<S>) {
         let simd = stretch.simd;
-        let [from, to] = ends;
-        let third = (to - from) * Floats::splat(simd, 1.0 / 3.0);
-        let inner = [from + third, to - third];
-        let values = [
-            self.last[packet],
-            stretch.values(inner[0], ends, rays),
-            stretch.values(inner[1], ends, rays),
-            stretch.values(to, ends, rays),
-        ];
-        self.last[packet] = rays.select(values[3], self.last[packet]);
+        let (values, end) = stretch.of_step(self.last[packet], ends, rays);
+        self.last[packet] = rays.select(end, self.last[packet]);
+        let unknown = rays & self.ranks[packet].simd_lt(Integers::splat(simd, 0));
+        self.ranks[packet] = unknown.select(self.levels.ranks(simd, values[0]), self.ranks[packet]);
         // The cubic through the values lies between the lowest and the highest of its Bezier points.
         let cubic = Cubic::through(simd, &values);
         let [low, high] = cubic.bounds(simd);
@@ -277,7 +276,13 @@ impl<S: Gather> Crossings<'_, S> {
         let least = Floats::splat(simd, f32::MIN_POSITIVE);
         let mut low_value = ((bracket.values[0] - level) * sign).min(-least);
         let mut high_value = ((bracket.values[1] - level) * sign).max(least);
-        for turn in 0..2 * TURNS {
+        let near = (-low_value).min(high_value) * Floats::splat(simd, NEAR);
+        for turn in 0..TURNS {
+            let is_wide = (high - low).simd_gt(Floats::splat(simd, NARROW));
+            let is_far = (-low_value).min(high_value).simd_gt(near);
+            if (bracket.found & is_wide & is_far).all_false() {
+                break;
+            }
             let share = if turn % 2 == 0 { low_value / (low_value - high_value) } else { half };
             let middle = share.max(zero).min(one).mul_add(high - low, low);
             let value = (stretch.values(middle.mul_add(length, from), step, bracket.found) - level) * sign;
@@ -288,52 +293,5 @@ impl<S: Gather> Crossings<'_, S> {
             high_value = is_before.select(high_value, value.max(least));
         }
         (low_value / (low_value - high_value)).mul_add(high - low, low)
-    }
-}
-
-/// A cubic over a unit interval, by its coefficients.
-struct Cubic<S: Gather>([Floats<S>; 4]);
-
-impl<S: Gather> Cubic<S> {
-    /// Through values at 0, 1/3, 2/3 and 1.
-    #[inline(always)]
-    fn through(simd: S, [a, b, c, d]: &[Floats<S>; 4]) -> Self {
-        let (first, second, third) = (*b - *a, *c - *b, *d - *c);
-        // In differences, which keep digits where values hardly change.
-        let bend = second - first;
-        let twist = third - second - bend;
-        Self([
-            *a,
-            first.mul_add(Floats::splat(simd, 3.0), bend.mul_add(Floats::splat(simd, -1.5), twist)),
-            bend.mul_add(Floats::splat(simd, 4.5), twist * Floats::splat(simd, -4.5)),
-            twist * Floats::splat(simd, 4.5),
-        ])
-    }
-
-    /// What all its values over the interval lie between.
-    #[inline(always)]
-    fn bounds(&self, simd: S) -> [Floats<S>; 2] {
-        let [constant, linear, square, cube] = self.0;
-        let third = Floats::splat(simd, 1.0 / 3.0);
-        let second = linear.mul_add(third, constant);
-        let inner = (linear + square).mul_add(third, second);
-        let end = constant + linear + square + cube;
-        [constant.min(second).min(inner.min(end)), constant.max(second).max(inner.max(end))]
-    }
-
-    /// Where inside of the interval it turns, in ascending order; infinity where it does not.
-    #[inline(always)]
-    fn extremes(&self, simd: S) -> [Floats<S>; 2] {
-        let [_, linear, square, cube] = self.0;
-        let (zero, one) = (Floats::splat(simd, 0.0), Floats::splat(simd, 1.0));
-        // Of linear + 2 square x + 3 cube x^2, in the way that does not cancel.
-        let root = (square * square - cube * linear * Floats::splat(simd, 3.0)).sqrt();
-        let sum = -(square + square.simd_lt(zero).select(-root, root));
-        let [a, b] = [linear / sum, sum / (cube * Floats::splat(simd, 3.0))];
-        let infinity = Floats::splat(simd, f32::INFINITY);
-        let a = (a.simd_gt(zero) & a.simd_lt(one)).select(a, infinity);
-        let b = (b.simd_gt(zero) & b.simd_lt(one)).select(b, infinity);
-        let is_first = a.simd_lt(b);
-        [is_first.select(a, b), is_first.select(b, a)]
     }
 }
