@@ -57,9 +57,18 @@ impl PreparedTransferFunction {
         if !value.is_finite() {
             return Sample::TRANSPARENT;
         }
-        let position = self.scale.position(value);
-        let [opacity] = self.opacity.at(position);
-        Sample { color: self.colors.at(position).map(|value| value as f32), extinction: self.extinction(opacity) }
+        let color = self.colors.at(self.scale.position(value)).map(|value| value as f32);
+        Sample { color, extinction: self.extinction_at(value) }
+    }
+
+    /// The extinction of `value`; 0 where it is not finite.
+    #[inline]
+    pub(crate) fn extinction_at(&self, value: f64) -> f64 {
+        if !value.is_finite() {
+            return 0.0;
+        }
+        let [opacity] = self.opacity.at(self.scale.position(value));
+        self.extinction(opacity)
     }
 
     /// The largest extinction of the values from `low` to `high`, both included; 0 where there are none.

@@ -5,6 +5,7 @@ mod frame;
 mod lit;
 mod march;
 mod packet;
+mod path;
 mod query;
 mod slice;
 mod traverse;
@@ -21,6 +22,7 @@ use crate::simd::Gather;
 
 pub use crate::layout::{Layout, padded_bytes};
 pub use film::Film;
+pub use path::{PathError, PathOptions, PathStatistics, PathTracer};
 pub use slice::{Axis, Slice, SliceImage, UnknownAxis};
 
 use frame::{Frame, Tile};
