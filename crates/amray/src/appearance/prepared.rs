@@ -57,8 +57,9 @@ impl PreparedTransferFunction {
         if !value.is_finite() {
             return Sample::TRANSPARENT;
         }
-        let color = self.colors.at(self.scale.position(value)).map(|value| value as f32);
-        Sample { color, extinction: self.extinction_at(value) }
+        let position = self.scale.position(value);
+        let [opacity] = self.opacity.at(position);
+        Sample { color: self.colors.at(position).map(|value| value as f32), extinction: self.extinction(opacity) }
     }
 
     /// The extinction of `value`; 0 where it is not finite.
