@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use amray::Volume;
-use amray::appearance::{ColorMap, Opacity, OpacityPoint, Scale, TransferFunction};
+use amray::appearance::{ColorPoint, Opacity, OpacityPoint, Scale, TransferFunction};
 use amray::hierarchy::Field;
 use amray::index::Index;
 use amray::reconstruction::Method;
@@ -23,19 +23,19 @@ const SIDE: usize = 128;
 /// Haze: light is scattered once or twice.
 #[divan::bench(args = [Method::Current, Method::Basis, Method::Prolong], sample_count = 5)]
 fn haze(bencher: Bencher, method: Method) {
-    bench(bencher, method, [0.0, 0.1, 6.0], Shading::Isotropic);
+    bench(bencher, method, [0.0, 2.0, 20.0], Shading::Isotropic);
 }
 
 /// Smoke: an opaque front, scattering within it.
 #[divan::bench(args = [Method::Current, Method::Basis, Method::Prolong], sample_count = 5)]
 fn smoke(bencher: Bencher, method: Method) {
-    bench(bencher, method, [0.0, 20.0, 400.0], Shading::Isotropic);
+    bench(bencher, method, [0.0, 100.0, 400.0], Shading::Isotropic);
 }
 
 /// The first meeting alone.
 #[divan::bench(args = [Method::Current, Method::Basis, Method::Prolong], sample_count = 5)]
 fn glow(bencher: Bencher, method: Method) {
-    bench(bencher, method, [0.0, 0.1, 6.0], Shading::Emissive);
+    bench(bencher, method, [0.0, 2.0, 20.0], Shading::Emissive);
 }
 
 /// One pass over a view of an explosion, with an extinction that runs over its values.
@@ -43,13 +43,11 @@ fn bench(bencher: Bencher, method: Method, extinctions: [f64; 3], shading: Shadi
     let (hierarchy, field): (_, Field) = explosion();
     let volume = Volume::new(Arc::new(Index::build(hierarchy)), field, method);
     let range = volume.leaf_range().expect("the field has values");
-    let points = extinctions.into_iter().enumerate().map(|(place, opacity)| {
-        let value = Scale::Linear.at_fraction(range, place as f64 / 2.0);
-        OpacityPoint { value, opacity }
-    });
-    let opacity = Opacity::Extinction(points.collect());
+    let point = |share, opacity| OpacityPoint { value: Scale::Linear.at_fraction(range, share), opacity };
+    let points = [point(0.0, extinctions[0]), point(0.5, extinctions[1]), point(1.0, extinctions[2])];
+    let colors = vec![ColorPoint { value: range[0], color: [0.95, 0.85, 0.7] }];
     let function =
-        TransferFunction::from_color_map(ColorMap::Viridis, range, Scale::Linear, opacity).expect("the points ascend");
+        TransferFunction::new(Scale::Linear, colors, Opacity::Extinction(points.into())).expect("the points ascend");
     let camera = Camera::new(Viewpoint::framing(volume.hierarchy().bounds(), 30.0, 1.0)).expect("it is not flat");
     let lighting = Lighting { lights: Lighting::from_upper_left(&camera), shading, ..Lighting::default() };
     let scene = Scene { lighting, ..Scene::new(&volume, function, 0.01, camera) };

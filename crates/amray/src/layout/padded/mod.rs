@@ -7,6 +7,7 @@
 mod evaluate;
 mod fill;
 mod plan;
+mod point;
 
 use super::pieces::{self, PaddedPieces, PieceNode};
 use crate::Volume;

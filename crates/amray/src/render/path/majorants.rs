@@ -12,7 +12,7 @@ use crate::layout::PieceNode;
 /// in parts of which a corner is opaque.
 const DEEPEST_CELL: f64 = 64.0;
 /// Parts are joined where a bound for both makes light meet so much less than nothing more often, per way across.
-const JOINED: f64 = 1.0;
+const JOINED: f64 = 0.25;
 
 /// The tree of parts.
 pub(super) struct Majorants {
@@ -42,10 +42,9 @@ enum Node {
 }
 
 impl Majorants {
-    /// The bounds for a volume whose values look as `function` says.
-    pub(super) fn new(volume: &Volume, function: &PreparedTransferFunction) -> Self {
+    /// The bounds for a volume in these pieces, whose values look as `function` says.
+    pub(super) fn new(volume: &Volume, pieces: &[PieceNode], function: &PreparedTransferFunction) -> Self {
         let index = volume.index();
-        let pieces = &volume.in_place().pieces;
         let normalisation = volume.normalisation();
         let levels = index.hierarchy().levels().iter();
         let opaque: Vec<f64> =

@@ -15,11 +15,12 @@ use glam::DVec3;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use super::{Film, RenderOptions};
+use super::{Engine, Film, Layout, RenderOptions};
 use crate::Volume;
 use crate::appearance::PreparedTransferFunction;
 use crate::hierarchy::{Voxel, with_voxels};
 use crate::index::Ray;
+use crate::layout::Padded;
 use crate::reconstruction::Sampler;
 use crate::scene::{LightingError, PicturePlane, Scene, Shading};
 
@@ -132,6 +133,7 @@ pub struct PathTracer<'a> {
 /// What all paths share.
 struct View<'a> {
     volume: &'a Volume,
+    padded: Option<&'a Padded>,
     function: PreparedTransferFunction,
     majorants: Majorants,
     lights: Lights,
@@ -149,7 +151,8 @@ struct View<'a> {
 const CERTAIN: usize = 4;
 
 impl<'a> PathTracer<'a> {
-    /// No path yet. Of `options` the size and the seed count.
+    /// No path yet. Of `options` the size and the seed count, and the engine's layout: a padded copy is faster, values in
+    /// place need no copy.
     ///
     /// # Errors
     /// [`PathError`] for what cannot be.
@@ -167,9 +170,14 @@ impl<'a> PathTracer<'a> {
         let volume = scene.volume;
         let hierarchy = volume.hierarchy();
         let function = scene.transfer_function.prepared(scene.unit_distance);
+        let (padded, pieces) = match options.engine {
+            Engine::March(Layout::Padded) => (Some(volume.padded()), &volume.padded().pieces),
+            Engine::March(Layout::InPlace) | Engine::Query => (None, &volume.in_place().pieces),
+        };
         let view = View {
             volume,
-            majorants: Majorants::new(volume, &function),
+            padded,
+            majorants: Majorants::new(volume, pieces, &function),
             function,
             lights: Lights::new(scene, hierarchy),
             is_emissive: scene.lighting.shading == Shading::Emissive,
@@ -196,7 +204,7 @@ impl<'a> PathTracer<'a> {
         let finished = AtomicUsize::new(0);
         let statistics = with_voxels!(view.volume.field().values(), bricks => {
             let sampler = Sampler::new(view.volume.index(), bricks, view.volume.method());
-            let medium = Medium { sampler, function: &view.function, majorants: &view.majorants };
+            let medium = Medium { sampler, padded: view.padded, function: &view.function, majorants: &view.majorants };
             let row = |scratch: &mut Scratch, (y, sums): (usize, &mut [[f64; 4]])| {
                 scratch.statistics = PathStatistics::default();
                 for (x, sum) in sums.iter_mut().enumerate() {

@@ -12,11 +12,14 @@ use super::random::Random;
 use crate::appearance::PreparedTransferFunction;
 use crate::hierarchy::Voxel;
 use crate::index::{NodeSpan, Ray};
+use crate::layout::Padded;
 use crate::reconstruction::Sampler;
 
 /// A medium: what light meets.
 pub(super) struct Medium<'a, T> {
     pub(super) sampler: Sampler<'a, T>,
+    /// Where most values are found with no search.
+    pub(super) padded: Option<&'a Padded>,
     pub(super) function: &'a PreparedTransferFunction,
     pub(super) majorants: &'a Majorants,
 }
@@ -102,7 +105,7 @@ impl<T: Voxel> Medium<'_, T> {
                 t = next;
                 depth = random.optical_depth();
                 let place = std::array::from_fn(|axis| ray.start[axis] + t * ray.direction[axis]);
-                let value = self.sampler.sample_in(part.region, part.inside(place));
+                let value = self.value(part.region, part.inside(place));
                 let extinction = self.function.extinction_at(value).min(part.opaque);
                 statistics.samples += 1;
                 statistics.beyond_majorant += u64::from(extinction > part.majorant);
@@ -112,5 +115,12 @@ impl<T: Voxel> Medium<'_, T> {
                 }
             }
         }
+    }
+
+    /// The value at a place in a region.
+    #[inline]
+    fn value(&self, region: usize, place: [f64; 3]) -> f64 {
+        let found = self.padded.and_then(|padded| padded.trilinear(region, place));
+        found.unwrap_or_else(|| self.sampler.sample_in(region, place))
     }
 }
