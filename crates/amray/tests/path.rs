@@ -7,7 +7,7 @@ use amray::Volume;
 use amray::appearance::{ColorPoint, Opacity, OpacityPoint, Scale, TransferFunction};
 use amray::hierarchy::{Hierarchy, IndexBox, LevelDescription};
 use amray::reconstruction::Method;
-use amray::render::{Film, PathError, PathOptions, PathStatistics, PathTracer, RenderOptions, render};
+use amray::render::{Engine, Film, Layout, PathError, PathOptions, PathStatistics, PathTracer, RenderOptions, render};
 use amray::scene::{Camera, Light, Lighting, Material, Projection, Scene, Shading, Viewpoint};
 use amray_testing::{Random, RandomMesh, Shape, nested};
 
@@ -334,12 +334,15 @@ fn what_glows_looks_as_marched_on_any_mesh_with_every_method() {
             let function = extinction(&[(0.2, 0.0), (0.6, 12.0 / longest), (0.7, 1.0 / longest)]);
             let mut scene = scene(&volume, function, oblique(&volume), vec![WHITE]);
             scene.lighting.shading = Shading::Emissive;
-            let (film, _) = traced(&scene, square(12, seed), PathOptions::default(), 300);
             // Where values jump, marching is off by a share of a step.
             let samples_per_cell = if matches!(method, Method::Nearest | Method::Finest) { 64.0 } else { 8.0 };
             let marching = RenderOptions { samples_per_pixel: 64, samples_per_cell, adaptive: false, ..square(12, 0) };
             let (marched, _) = render(&scene, &marching, &|_| {});
-            assert_alike(&film, &marched, 300, &format!("seed {seed}, {method}"));
+            for layout in [Layout::Padded, Layout::InPlace] {
+                let options = RenderOptions { engine: Engine::March(layout), ..square(12, seed) };
+                let (film, _) = traced(&scene, options, PathOptions::default(), 300);
+                assert_alike(&film, &marched, 300, &format!("seed {seed}, {method}, {layout:?}"));
+            }
         }
     }
 }
@@ -391,13 +394,15 @@ fn no_sample_exceeds_its_majorant_on_any_mesh_with_every_method() {
             let view = oblique(&volume);
             let [low, high] = volume.hierarchy().bounds();
             let eye = std::array::from_fn(|axis| 0.4 * low[axis] + 0.6 * high[axis]);
-            for viewpoint in [view, Viewpoint { eye, target: low, ..view }] {
+            let inside = Viewpoint { eye, target: low, ..view };
+            for (layout, viewpoint) in [(Layout::Padded, view), (Layout::Padded, inside), (Layout::InPlace, inside)] {
                 let mut scene = scene(&volume, function.clone(), viewpoint, everything(&volume));
                 scene.unit_distance = longest / 50.0;
                 scene.lighting.shading = Shading::Gradient(Material::default());
                 let path = PathOptions { anisotropy: 0.6, most_scatterings: 20, ..PathOptions::default() };
+                let options = RenderOptions { engine: Engine::March(layout), ..square(8, seed) };
                 // `traced` asserts it.
-                let (film, _) = traced(&scene, square(8, seed), path, 4);
+                let (film, _) = traced(&scene, options, path, 4);
                 for pixel in film.pixels() {
                     assert!(pixel.iter().all(|channel| channel.is_finite() && *channel >= 0.0), "{method}: {pixel:?}");
                 }

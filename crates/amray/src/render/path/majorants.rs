@@ -99,12 +99,15 @@ impl Part {
 
 /// The largest extinction of a piece's values, which are in units of the field's range.
 fn largest(range: [f32; 2], normalisation: Normalisation, function: &PreparedTransferFunction) -> f64 {
-    // Ranges are in single precision, and samples are rounded in double precision. Where the function has a step, the
-    // last digit decides.
+    // Ranges and samples are rounded, to less than this of their distance from the field's lowest value and of their own.
+    // Where the function has a step, the last digit decides.
+    const ROUNDING: f64 = 16.0 * f32::EPSILON as f64;
+    const DIGITS: f64 = 16.0 * f64::EPSILON;
     let [low, high] = range.map(|unit| normalisation.undo(unit));
-    let rounding = range.map(|unit| normalisation.undo(unit * f32::EPSILON) - normalisation.undo(0.0));
-    let digits = 16.0 * f64::EPSILON * low.abs().max(high.abs());
-    function.max_extinction(low - 4.0 * rounding[0].abs() - digits, high + 4.0 * rounding[1].abs() + digits)
+    let lowest = normalisation.undo(0.0);
+    let rounding = [low, high].map(|end| ROUNDING * (end - lowest).abs() + DIGITS * end.abs());
+    let rounding = rounding[0].max(rounding[1]);
+    function.max_extinction(low - rounding, high + rounding)
 }
 
 /// Puts parts together, from the smallest on.

@@ -20,7 +20,7 @@ use crate::Volume;
 use crate::appearance::PreparedTransferFunction;
 use crate::hierarchy::{Voxel, with_voxels};
 use crate::index::Ray;
-use crate::layout::Padded;
+use crate::layout::PaddedPoints;
 use crate::reconstruction::Sampler;
 use crate::scene::{LightingError, PicturePlane, Scene, Shading};
 
@@ -133,7 +133,8 @@ pub struct PathTracer<'a> {
 /// What all paths share.
 struct View<'a> {
     volume: &'a Volume,
-    padded: Option<&'a Padded>,
+    /// Where values are found with no search.
+    padded: Option<PaddedPoints<'a>>,
     function: PreparedTransferFunction,
     majorants: Majorants,
     lights: Lights,
@@ -171,7 +172,7 @@ impl<'a> PathTracer<'a> {
         let hierarchy = volume.hierarchy();
         let function = scene.transfer_function.prepared(scene.unit_distance);
         let (padded, pieces) = match options.engine {
-            Engine::March(Layout::Padded) => (Some(volume.padded()), &volume.padded().pieces),
+            Engine::March(Layout::Padded) => (Some(PaddedPoints::new(volume)), &volume.padded().pieces),
             Engine::March(Layout::InPlace) | Engine::Query => (None, &volume.in_place().pieces),
         };
         let view = View {
@@ -204,7 +205,7 @@ impl<'a> PathTracer<'a> {
         let finished = AtomicUsize::new(0);
         let statistics = with_voxels!(view.volume.field().values(), bricks => {
             let sampler = Sampler::new(view.volume.index(), bricks, view.volume.method());
-            let medium = Medium { sampler, padded: view.padded, function: &view.function, majorants: &view.majorants };
+            let medium = Medium { sampler, padded: view.padded.as_ref(), function: &view.function, majorants: &view.majorants };
             let row = |scratch: &mut Scratch, (y, sums): (usize, &mut [[f64; 4]])| {
                 scratch.statistics = PathStatistics::default();
                 for (x, sum) in sums.iter_mut().enumerate() {

@@ -12,14 +12,14 @@ use super::random::Random;
 use crate::appearance::PreparedTransferFunction;
 use crate::hierarchy::Voxel;
 use crate::index::{NodeSpan, Ray};
-use crate::layout::Padded;
+use crate::layout::PaddedPoints;
 use crate::reconstruction::Sampler;
 
 /// A medium: what light meets.
 pub(super) struct Medium<'a, T> {
     pub(super) sampler: Sampler<'a, T>,
     /// Where most values are found with no search.
-    pub(super) padded: Option<&'a Padded>,
+    pub(super) padded: Option<&'a PaddedPoints<'a>>,
     pub(super) function: &'a PreparedTransferFunction,
     pub(super) majorants: &'a Majorants,
 }
@@ -120,7 +120,7 @@ impl<T: Voxel> Medium<'_, T> {
     /// The value at a place in a region.
     #[inline]
     fn value(&self, region: usize, place: [f64; 3]) -> f64 {
-        let found = self.padded.and_then(|padded| padded.trilinear(region, place));
+        let found = self.padded.and_then(|padded| padded.value(region, place));
         found.unwrap_or_else(|| self.sampler.sample_in(region, place))
     }
 }
