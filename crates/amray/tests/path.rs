@@ -106,13 +106,21 @@ fn a_homogeneous_cube_absorbs_exponentially() {
 
 #[test]
 fn a_varying_medium_absorbs_by_its_integral() {
-    // The extinction is 8 z: optical depth 4, majorants far above the extinction at the parts' low ends.
-    let volume = of_centers(nested(64, 1, 16), Method::Basis, |[_, _, z]| z);
-    let scene = scene(&volume, extinction(&[(0.0, 0.0), (1.0, 8.0)]), middle(), Vec::new());
-    let half = Scene { transfer_function: scene.transfer_function.scaled_opacity(0.25), ..scene.clone() };
-    for (scene, depth) in [(scene, 4.0f64), (half, 1.0)] {
-        let (film, _) = traced(&scene, square(32, 3), PathOptions::default(), 100);
-        assert_mean(&film, 3, 1.0 - (-depth).exp(), &format!("optical depth {depth}"));
+    // The extinction is 8 z, and less: optical depths of 4 and 1. With few cells, light meets nothing half of the time.
+    for cells in [8, 64] {
+        let volume = of_centers(nested(cells, 1, 16), Method::Basis, |[_, _, z]| z);
+        for (seed, depth) in [4.0f64, 1.0].into_iter().enumerate() {
+            let what = format!("{cells} cells, optical depth {depth}");
+            let points = [(0.0, 0.0), (1.0, 2.0 * depth)].map(|(value, opacity)| OpacityPoint { value, opacity });
+            let colors = vec![ColorPoint { value: 0.0, color: [0.5; 3] }];
+            let function = TransferFunction::new(Scale::Linear, colors, Opacity::Extinction(points.into())).unwrap();
+            let scene = scene(&volume, function, middle(), vec![sun([0.0, 0.0, 1.0])]);
+            let once = PathOptions { most_scatterings: 1, ..PathOptions::default() };
+            let (film, _) = traced(&scene, square(32, seed as u64), once, 200);
+            assert_mean(&film, 3, 1.0 - (-depth).exp(), &what);
+            // Light from behind passes all of it, wherever it is scattered.
+            assert_mean(&film, 0, 0.5 * depth * (-depth).exp(), &format!("{what}, from behind"));
+        }
     }
 }
 

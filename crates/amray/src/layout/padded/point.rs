@@ -27,7 +27,7 @@ impl<'a> PaddedPoints<'a> {
     #[inline]
     pub(crate) fn value(&self, region: usize, point: [f64; 3]) -> Option<f64> {
         let Padded { field, plan, .. } = self.padded;
-        if !plan.is_complete() && plan.method != Method::Octant || plan.method == Method::Nearest {
+        if matches!(plan.method, Method::Nearest | Method::Finest) {
             return None;
         }
         let frame = &plan.regions[region].frame;

@@ -39,8 +39,9 @@ pub struct PathOptions {
     /// How much of the light that meets the medium is scattered, 0 to 1, times the transfer function's colour; the rest
     /// is absorbed.
     pub albedo: f64,
-    /// How often light is scattered at most. White, dense volumes are too dark with few: a surface of such a medium
-    /// sends back some 7 % of the light after more than 64 times, 2 % after more than 1000.
+    /// How often light is scattered at most. Only white, dense volumes are too dark with few: where nothing is absorbed,
+    /// a surface sends back 20 % of white light after more than 64 times, 5 % after more than 1000. Elsewhere light that
+    /// has become faint ends by chance, which costs nothing on average.
     pub most_scatterings: usize,
 }
 
@@ -269,7 +270,7 @@ impl View<'_> {
         scratch: &mut Scratch,
     ) -> [f64; 4] {
         scratch.statistics.paths += 1;
-        let (mut place, mut direction) = self.from_eye([x as f64 + random.unit(), y as f64 + random.unit()]);
+        let (mut place, mut direction) = self.first_ray([x as f64 + random.unit(), y as f64 + random.unit()]);
         let mut light = DVec3::ZERO;
         // How much of what arrives at the path's end comes to the eye.
         let mut carried = DVec3::ONE;
@@ -292,7 +293,7 @@ impl View<'_> {
                 break;
             }
             scratch.statistics.scatterings += 1;
-            light += carried * self.from_lights(medium, place, direction, &mut random, scratch);
+            light += carried * self.direct_light(medium, place, direction, &mut random, scratch);
             if scatterings >= CERTAIN {
                 let odds = carried.max_element();
                 if random.unit() >= odds {
@@ -306,7 +307,7 @@ impl View<'_> {
     }
 
     /// The light that is scattered from one of the lights against `direction`, on average over the choice of lights.
-    fn from_lights<T: Voxel>(
+    fn direct_light<T: Voxel>(
         &self,
         medium: &Medium<T>,
         place: [f64; 3],
@@ -322,7 +323,7 @@ impl View<'_> {
     }
 
     /// Where a path starts, in cells of the finest level, and its direction, of length 1 in world units.
-    fn from_eye(&self, [x, y]: [f64; 2]) -> ([f64; 3], DVec3) {
+    fn first_ray(&self, [x, y]: [f64; 2]) -> ([f64; 3], DVec3) {
         let at = |[corner, right, down]: [DVec3; 3]| corner + right * x + down * y;
         let hierarchy = self.volume.hierarchy();
         let start = hierarchy.to_cells(hierarchy.finest_level(), at(self.plane.start).to_array());
