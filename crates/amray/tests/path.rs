@@ -170,7 +170,7 @@ fn walked(sigma: f64, albedo: f64, g: f64, random: &mut Random) -> f64 {
         direction = loop {
             let next: [f64; 3] = random.point([[-1.0; 3], [1.0; 3]]);
             let length = next.iter().map(|part| part * part).sum::<f64>().sqrt();
-            if length > 1.0 || length < 1e-3 {
+            if !(1e-3..=1.0).contains(&length) {
                 continue;
             }
             let next = next.map(|part| part / length);
