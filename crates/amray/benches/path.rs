@@ -20,13 +20,13 @@ fn main() {
 /// Pixels per side.
 const SIDE: usize = 128;
 
-/// Haze: light is scattered once or twice.
+/// Haze: most paths go through.
 #[divan::bench(args = [Method::Current, Method::Basis, Method::Prolong], sample_count = 5)]
 fn haze(bencher: Bencher, method: Method) {
     bench(bencher, method, [0.0, 2.0, 20.0], Shading::Isotropic);
 }
 
-/// Smoke: an opaque front, scattering within it.
+/// Smoke: what is met is opaque, and scatters several times.
 #[divan::bench(args = [Method::Current, Method::Basis, Method::Prolong], sample_count = 5)]
 fn smoke(bencher: Bencher, method: Method) {
     bench(bencher, method, [0.0, 100.0, 400.0], Shading::Isotropic);
@@ -54,11 +54,4 @@ fn bench(bencher: Bencher, method: Method, extinctions: [f64; 3], shading: Shadi
     let options = RenderOptions { size: [SIDE; 2], ..RenderOptions::default() };
     let mut tracer = PathTracer::new(&scene, &options, &PathOptions::default()).expect("all of it can be");
     bencher.counter(ItemsCount::new(SIDE * SIDE)).bench_local(|| tracer.accumulate(1, &|_| {}));
-    let statistics = tracer.statistics();
-    let per_path = |count: u64| count as f64 / statistics.paths as f64;
-    eprintln!(
-        "{:.2} scatterings, {:.1} samples a path",
-        per_path(statistics.scatterings),
-        per_path(statistics.samples)
-    );
 }
