@@ -62,6 +62,16 @@ impl PreparedTransferFunction {
         Sample { color: self.colors.at(position).map(|value| value as f32), extinction: self.extinction(opacity) }
     }
 
+    /// The extinction of `value`; 0 where it is not finite.
+    #[inline]
+    pub(crate) fn extinction_at(&self, value: f64) -> f64 {
+        if !value.is_finite() {
+            return 0.0;
+        }
+        let [opacity] = self.opacity.at(self.scale.position(value));
+        self.extinction(opacity)
+    }
+
     /// The largest extinction of the values from `low` to `high`, both included; 0 where there are none.
     pub fn max_extinction(&self, low: f64, high: f64) -> f64 {
         if low <= high {

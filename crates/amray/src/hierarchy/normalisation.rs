@@ -49,7 +49,13 @@ impl Normalisation {
     /// The value that a number stands for.
     #[inline]
     pub fn undo(self, number: f32) -> f64 {
-        self.low + f64::from(number) / self.scale
+        self.undo_exactly(number.into())
+    }
+
+    /// The value that a number in double precision stands for.
+    #[inline]
+    pub(crate) fn undo_exactly(self, number: f64) -> f64 {
+        self.low + number / self.scale
     }
 }
 

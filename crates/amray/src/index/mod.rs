@@ -24,6 +24,7 @@ pub(crate) use interior::{Neighbour, out_of_reach};
 pub(crate) use packet::{DualDescent, PacketCells, PlaneLanes, PointDescent};
 pub use query::{Found, Planes};
 pub use ranges::ValueRanges;
+pub(crate) use walk::{Cuts, NodeSpan, Walk};
 pub use walk::{Ray, RegionSpan};
 
 /// The kd-tree over a hierarchy's brick faces. It holds no values and serves every field of its hierarchy.

@@ -1,6 +1,9 @@
 //! The regions along a ray, front to back.
 
+use std::borrow::BorrowMut;
+
 use super::{Index, Node};
+use crate::hierarchy::IndexBox;
 
 /// A ray in cells of the finest level: the point at `t` is `start + t * direction`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,47 +25,98 @@ pub struct RegionSpan {
     pub leave: f64,
 }
 
+/// A tree of boxes that are cut in two; a node's low child follows it directly.
+pub(crate) trait Cuts {
+    /// Where a node is cut: the axis, the plane in cells of the finest level, and the high child. `None` for a leaf.
+    fn cut(&self, node: usize) -> Option<(usize, f64, usize)>;
+}
+
+/// A stretch of a ray inside one node of a tree.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct NodeSpan {
+    pub(crate) node: usize,
+    pub(crate) enter: f64,
+    pub(crate) leave: f64,
+}
+
+/// The leaves of a tree along a ray, in order and without gaps.
+pub(crate) struct Walk<'a, T, W> {
+    tree: &'a T,
+    ray: Ray,
+    /// Nodes that the ray comes to later, the next one last.
+    waiting: W,
+}
+
+impl<'a, T: Cuts, W: BorrowMut<Vec<NodeSpan>>> Walk<'a, T, W> {
+    /// Between `near` and `far`, as far as that lies in the tree's `domain`. `waiting` is memory that walks use one after
+    /// the other.
+    #[inline]
+    pub(crate) fn new(tree: &'a T, domain: &IndexBox, ray: Ray, [near, far]: [f64; 2], mut waiting: W) -> Self {
+        let nodes = waiting.borrow_mut();
+        nodes.clear();
+        nodes.extend(ray.clip(domain, near, far).map(|[enter, leave]| NodeSpan { node: 0, enter, leave }));
+        Self { tree, ray, waiting }
+    }
+}
+
+impl<T: Cuts, W: BorrowMut<Vec<NodeSpan>>> Iterator for Walk<'_, T, W> {
+    type Item = NodeSpan;
+
+    #[inline]
+    fn next(&mut self) -> Option<NodeSpan> {
+        let waiting = self.waiting.borrow_mut();
+        let NodeSpan { mut node, enter, mut leave } = waiting.pop()?;
+        while let Some((axis, plane, high)) = self.tree.cut(node) {
+            let low = node + 1;
+            let (start, direction) = (self.ray.start[axis], self.ray.direction[axis]);
+            if direction == 0.0 {
+                node = if start < plane { low } else { high };
+                continue;
+            }
+            let cut = (plane - start) / direction;
+            let (first, second) = if direction > 0.0 { (low, high) } else { (high, low) };
+            if cut <= enter {
+                node = second;
+            } else {
+                if cut < leave {
+                    waiting.push(NodeSpan { node: second, enter: cut, leave });
+                    leave = cut;
+                }
+                node = first;
+            }
+        }
+        Some(NodeSpan { node, enter, leave })
+    }
+}
+
+impl Cuts for Index {
+    #[inline]
+    fn cut(&self, node: usize) -> Option<(usize, f64, usize)> {
+        match self.nodes[node] {
+            Node::Leaf(_) => None,
+            Node::Inner { axis, plane, high } => Some((usize::from(axis), plane as f64, high as usize)),
+        }
+    }
+}
+
 impl Index {
     /// The regions that the ray passes between `near` and `far`, in order, without gaps; holes included.
     pub fn walk(&self, ray: Ray, near: f64, far: f64) -> impl Iterator<Item = RegionSpan> + '_ {
-        let mut stack = Vec::with_capacity(64);
-        if let Some((enter, leave)) = self.clip(&ray, near, far) {
-            stack.push((0, enter, leave));
-        }
-        std::iter::from_fn(move || {
-            let (mut node, enter, mut leave) = stack.pop()?;
-            loop {
-                let (axis, plane, high) = match self.nodes[node] {
-                    Node::Leaf(region) => return Some(RegionSpan { region: region as usize, enter, leave }),
-                    Node::Inner { axis, plane, high } => (usize::from(axis), plane as f64, high as usize),
-                };
-                let low = node + 1;
-                let (start, direction) = (ray.start[axis], ray.direction[axis]);
-                if direction == 0.0 {
-                    node = if start < plane { low } else { high };
-                    continue;
-                }
-                let cut = (plane - start) / direction;
-                let (first, second) = if direction > 0.0 { (low, high) } else { (high, low) };
-                if cut <= enter {
-                    node = second;
-                } else {
-                    if cut < leave {
-                        stack.push((second, cut, leave));
-                        leave = cut;
-                    }
-                    node = first;
-                }
-            }
+        let walk = Walk::new(self, &self.domain, ray, [near, far], Vec::with_capacity(64));
+        walk.filter_map(|NodeSpan { node, enter, leave }| match self.nodes[node] {
+            Node::Leaf(region) => Some(RegionSpan { region: region as usize, enter, leave }),
+            Node::Inner { .. } => None,
         })
     }
+}
 
-    /// The part of the ray between `near` and `far` that lies in the domain.
-    fn clip(&self, ray: &Ray, near: f64, far: f64) -> Option<(f64, f64)> {
+impl Ray {
+    /// The part of the ray between `near` and `far` that lies in a box.
+    fn clip(&self, cells: &IndexBox, near: f64, far: f64) -> Option<[f64; 2]> {
         let (mut enter, mut leave) = (near, far);
         for axis in 0..3 {
-            let (low, high) = (self.domain.low[axis] as f64, self.domain.high[axis] as f64);
-            let (start, direction) = (ray.start[axis], ray.direction[axis]);
+            let (low, high) = (cells.low[axis] as f64, cells.high[axis] as f64);
+            let (start, direction) = (self.start[axis], self.direction[axis]);
             if direction == 0.0 {
                 if !(low..=high).contains(&start) {
                     return None;
@@ -73,6 +127,6 @@ impl Index {
                 leave = leave.min(a.max(b));
             }
         }
-        (enter < leave).then_some((enter, leave))
+        (enter < leave).then_some([enter, leave])
     }
 }

@@ -16,7 +16,7 @@ use crate::simd::{Floats, Gather, LANES, Mask};
 pub(crate) use in_place::{InPlace, InPlacePlan};
 pub(crate) use normalisation::normalisation;
 pub use padded::padded_bytes;
-pub(crate) use padded::{Padded, PaddedValues};
+pub(crate) use padded::{Padded, PaddedPoints, PaddedValues};
 pub(crate) use pieces::PieceNode;
 
 /// Where [`Engine::March`](crate::render::Engine::March) has its values.

@@ -5,6 +5,7 @@ mod frame;
 mod lit;
 mod march;
 mod packet;
+mod path;
 mod project;
 mod query;
 mod slice;
@@ -25,6 +26,7 @@ use crate::simd::Gather;
 
 pub use crate::layout::{Layout, padded_bytes};
 pub use film::Film;
+pub use path::{PathError, PathOptions, PathStatistics, PathTracer};
 pub use project::{Reduction, UnknownReduction, project};
 pub use slice::{Axis, Slice, UnknownAxis};
 pub use value_image::ValueImage;

@@ -7,6 +7,7 @@
 mod evaluate;
 mod fill;
 mod plan;
+mod point;
 
 use super::pieces::{self, PaddedPieces, PieceNode};
 use crate::Volume;
@@ -15,6 +16,7 @@ use crate::reconstruction::{Method, Sampler};
 
 pub(crate) use evaluate::PaddedValues;
 pub(super) use plan::{PaddedBrick, Plan};
+pub(crate) use point::PaddedPoints;
 
 /// What padding holds, and which cells are flagged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
