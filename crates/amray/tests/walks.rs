@@ -132,7 +132,7 @@ proptest! {
             let paint = Paint::Field(&depth.field, depth.function.clone());
             let surface = Surface { material: None, ..Surface::isosurface(LEVEL, paint) };
             let scene =
-                Scene { surfaces: vec![surface], ..Scene::new(&volume, extinction(&[(0.0, 0.0)]), 1.0, camera.clone()) };
+                Scene { surfaces: vec![surface], ..Scene::new(&volume, extinction(&[(0.0, 0.0)]), 1.0, camera) };
             for layout in [Layout::Padded, Layout::InPlace] {
                 let options = RenderOptions { size: SIZE, engine: Engine::March(layout), ..RenderOptions::default() };
                 let (film, _) = render(&scene, &options, &|_| {});

@@ -21,7 +21,7 @@ pub(super) struct Coat<'a> {
 enum PreparedPaint<'a> {
     Own,
     Plain([f32; 3]),
-    Field(Colors<'a>),
+    Field(Box<Colors<'a>>),
 }
 
 /// A field's colours.
@@ -40,14 +40,14 @@ impl<'a> Coat<'a> {
         let paint = match &surface.paint {
             Paint::Own => PreparedPaint::Own,
             Paint::Plain(color) => PreparedPaint::Plain(*color),
-            Paint::Field(field, function) => PreparedPaint::Field(Colors {
+            Paint::Field(field, function) => PreparedPaint::Field(Box::new(Colors {
                 sampler: field.packet_sampler(),
                 normalisation: field.normalisation(),
                 // Opacities do not matter.
                 function: function.prepared(1.0),
                 hierarchy: field.hierarchy(),
                 from: volume.hierarchy(),
-            }),
+            })),
         };
         let normal = normal.map(|normal| {
             let length = normal.iter().map(|part| part * part).sum::<f64>().sqrt();
