@@ -1,6 +1,5 @@
 //! Path tracing: against closed forms, against random walks of its own, and against the other pictures of a scene.
 
-#[allow(dead_code)] // Other tests of pictures share it.
 mod common;
 
 use amray::Volume;
