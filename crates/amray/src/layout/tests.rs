@@ -205,8 +205,9 @@ impl Case {
                                     std::array::from_fn(|axis| slopes[axis] * cell_size[axis] * normalisation.scale)
                                 })
                             };
-                            let agree =
-                                |expected: [f64; 3]| are_close(slopes, expected, steepest, from_kinks(point) / size[0]);
+                            let agree = |expected: [f64; 3]| {
+                                are_close(slopes, expected, steepest, rounding_of_weights(point, local, size))
+                            };
                             let same = beside(local).any(|local| gradient(local).into_iter().any(agree));
                             prop_assert!(same, "{}: slopes are {slopes:?}, not {:?}", place_of(), gradient(local)[0]);
                         }
@@ -219,10 +220,10 @@ impl Case {
 }
 
 /// Whether slopes, in units of the range per cell, are the same but for what single precision makes of them: they are
-/// sums of products, each rounded to 1e-7 of itself, whose weights change by up to `steepest` per cell. At a distance
-/// `from_kinks`, in cells, a mean may be over corners that all have no more weight than that: rounding counts for more.
-fn are_close(found: [f64; 3], expected: [f64; 3], steepest: [f64; 3], from_kinks: f64) -> bool {
-    let most = |axis: usize| 1e-5 * (1.0 + expected[axis].abs()) + 2e-6 * steepest[axis] + 1e-7 / from_kinks;
+/// sums of products, each rounded to 1e-7 of itself, whose weights change by up to `steepest` per cell and may all be
+/// off by a share of `rounding`.
+fn are_close(found: [f64; 3], expected: [f64; 3], steepest: [f64; 3], rounding: f64) -> bool {
+    let most = |axis: usize| 1e-5 * (1.0 + expected[axis].abs()) + 2e-6 * steepest[axis] + rounding;
     (0..3).all(|axis| (found[axis] - expected[axis]).abs() <= most(axis))
 }
 
@@ -231,20 +232,27 @@ fn is_on_kink(point: [f64; 3]) -> bool {
     point.iter().any(|place| (2.0 * place).fract() == 0.0)
 }
 
-/// How far it is, in cells of the finest level, from a point to where weights of any level begin or end: faces and
-/// centres of cells. Those that it lies on do not count: weights that begin there are exactly 0.
-fn from_kinks(point: [f64; 3]) -> f64 {
-    let distance = |place: f64| match (2.0 * place - (2.0 * place).round()).abs() / 2.0 {
-        0.0 => 0.25,
-        distance => distance,
+/// The largest share by which a weight may be off at a point: weights begin and end on faces and centres of cells of
+/// any level, whose places in cells of another are thirds or so, rounded like any number as large; the nearer, the
+/// more of the weight that is. Those that the point lies on do not count: weights that begin there are exactly 0.
+fn rounding_of_weights(point: [f64; 3], local: [f64; 3], finest_cells: &[f64; 3]) -> f64 {
+    let share = |axis: usize| {
+        let halves = 2.0 * point[axis];
+        let distance = match (halves - halves.round()).abs() / 2.0 {
+            0.0 => 0.25,
+            distance => distance,
+        };
+        NEAR * (1.0 + local[axis].abs()) * finest_cells[axis] / distance
     };
-    point.map(distance).into_iter().fold(0.25, f64::min)
+    share(0).max(share(1)).max(share(2))
 }
+
+/// What rounding to single precision changes numbers by, as a share of them.
+const NEAR: f64 = 1.2e-7;
 
 /// A point, and those to which rounding may take it: over a kink, beyond which slopes are others. Half cells are exact:
 /// on a kink that they are on, the slopes of the high side count.
 fn beside(local: [f64; 3]) -> impl Iterator<Item = [f64; 3]> {
-    const NEAR: f64 = 1.2e-7;
     let step = |axis: usize| match local[axis] {
         place if (2.0 * place).fract() == 0.0 => 0.0,
         place => NEAR * (1.0 + place.abs()),
