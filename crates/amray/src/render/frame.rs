@@ -1,8 +1,6 @@
 //! One picture: what all packets share, and the packets of one tile.
 
-use fearless_simd::prelude::*;
-use glam::DVec3;
-
+use super::clip::{Clipped, Clips};
 use super::lit::{Density, Lamps, Lattices, LitMarch, Obstacles, Occlusion};
 use super::march::{Footprint, How, March, Single, Steep, lengths};
 use super::packet::{PACKETS, Packet, SIDE};
@@ -16,8 +14,9 @@ use crate::appearance::{Radiance, Segments};
 use crate::hierarchy::Level;
 use crate::layout::{InPlace, InPlacePlan, Padded, PaddedValues, PieceNode, RegionValues};
 use crate::reconstruction::AnySampler;
-use crate::scene::{Lighting, PicturePlane, Scene, Shading};
+use crate::scene::{Lighting, PictureRays, Scene, Shading};
 use crate::simd::{Doubles, Floats, Gather, InstructionSet, Kernel, LANES, Mask, SHORT_TABLES};
+use fearless_simd::prelude::*;
 
 /// What a picture needs besides its rays.
 pub(super) struct Frame<'a> {
@@ -31,9 +30,10 @@ pub(super) struct Frame<'a> {
     lattices: Option<Lattices<'a>>,
     lighting: &'a Lighting,
     surfaces: Option<SurfacePlan<'a>>,
+    clips: Clips,
     /// Per level, the domain's longest side over the cell size.
     cells: Vec<[f32; 3]>,
-    plane: PicturePlane,
+    rays: PictureRays,
     options: RenderOptions,
     instructions: InstructionSet,
     /// What the seed becomes: from 0 to 1, and 0 for seed 0.
@@ -103,8 +103,9 @@ impl<'a> Frame<'a> {
             lattices,
             lighting: &scene.lighting,
             surfaces,
+            clips: Clips::new(&scene.clips, hierarchy),
             cells: hierarchy.levels().iter().map(cells).collect(),
-            plane: scene.camera.picture_plane(options.size),
+            rays: scene.camera.picture_rays(options.size),
             options: *options,
             instructions: InstructionSet::best(),
             // Neighbouring seeds land far apart; the golden ratio is left to a pixel's rays.
@@ -127,8 +128,12 @@ impl<'a> Frame<'a> {
                 let Self { segments, steps, options: RenderOptions { integration, .. }, .. } = self;
                 let integration = *integration;
                 match sampler {
-                    AnySampler::F32(sampler) => self.run(tile, &Query { sampler, segments, integration, steps }),
-                    AnySampler::F64(sampler) => self.run(tile, &Query { sampler, segments, integration, steps }),
+                    AnySampler::F32(sampler) => {
+                        self.run(tile, &self.clipped(&Query { sampler, segments, integration, steps }))
+                    }
+                    AnySampler::F64(sampler) => {
+                        self.run(tile, &self.clipped(&Query { sampler, segments, integration, steps }))
+                    }
                 }
             }
         }
@@ -141,14 +146,15 @@ impl<'a> Frame<'a> {
         (pieces, looks): (&[PieceNode], &[NodeLook]),
     ) -> (Vec<[f32; 4]>, RenderStatistics) {
         let RenderOptions { integration, adaptive, samples_per_cell, .. } = self.options;
-        let footprint = if adaptive { self.plane.footprint(samples_per_cell) } else { Footprint::NONE };
+        let footprint = if adaptive { self.rays.footprint(samples_per_cell) } else { Footprint::NONE };
         let how = How { segments: &self.segments, integration, is_finite: values.is_finite() };
         let single = Single { values, how };
         let march = March { medium: single, pieces, looks, footprint };
-        let surfaces = self.surfaces.as_ref().map(|plan| Surfaces { plan, values, pieces });
+        let clips = &self.clips;
+        let surfaces = self.surfaces.as_ref().map(|plan| Surfaces { plan, values, pieces, clips });
         let occlusion = self.lighting.may_be_missing().then(|| {
             let march = March { medium: single, pieces, looks, footprint: Footprint::OCCLUDERS };
-            let obstacles = Obstacles { march, surfaces };
+            let obstacles = Obstacles { march, surfaces, clips };
             Occlusion::new(obstacles, self.volume.index(), &self.lamps, self.lighting, samples_per_cell)
         });
         let occlusion = occlusion.as_ref();
@@ -171,10 +177,16 @@ impl<'a> Frame<'a> {
         surfaces: Option<Surfaces<V>>,
         occlusion: Option<&Occlusion<Obstacles<V>>>,
     ) -> (Vec<[f32; 4]>, RenderStatistics) {
+        let engine = &self.clipped(engine);
         match surfaces {
             Some(surfaces) => self.run(tile, &WithSurfaces { engine, surfaces, lamps: &self.lamps, occlusion }),
             None => self.run(tile, engine),
         }
+    }
+
+    /// An engine that sees nothing of what is cut away.
+    fn clipped<'b, E>(&'b self, engine: &'b E) -> Clipped<'b, E> {
+        Clipped { engine, clips: &self.clips }
     }
 
     fn run<E: Trace>(&self, tile: Tile, engine: &E) -> (Vec<[f32; 4]>, RenderStatistics) {
@@ -243,11 +255,15 @@ impl<E: Trace> Kernel for TileKernel<'_, E> {
     }
 }
 
-impl PicturePlane {
+impl PictureRays {
     /// How wide pixels are, over the samples per cell.
     fn footprint(&self, samples_per_cell: f64) -> Footprint {
-        let width = |vectors: [DVec3; 3]| (vectors[1].length() / samples_per_cell) as f32;
-        Footprint { near: width(self.start), growth: width(self.direction), least: 1.0 }
+        let [near, growth] = match self {
+            Self::Plane { start, direction } => [start, direction].map(|vectors| vectors[1].length()),
+            Self::Panorama(panorama) => [0.0, panorama.pixel_angle()],
+        };
+        let width = |width: f64| (width / samples_per_cell) as f32;
+        Footprint { near: width(near), growth: width(growth), least: 1.0 }
     }
 }
 
@@ -267,7 +283,7 @@ impl Frame<'_> {
         let pixels = [Doubles::load(simd, &x), Doubles::load(simd, &y)];
         let shift = Doubles::load(simd, &shift);
         let samples_per_cell = self.options.samples_per_cell;
-        Packet::new(simd, self.volume.index(), &self.plane, pixels, shift, samples_per_cell)
+        Packet::new(simd, self.volume.index(), &self.rays, pixels, shift, samples_per_cell)
     }
 }
 

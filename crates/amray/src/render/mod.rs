@@ -1,11 +1,13 @@
 //! From rays to pixels: emission and absorption along each ray, tile by tile on all cores, into a film.
 
+mod clip;
 mod film;
 mod frame;
 mod lit;
 mod march;
 mod packet;
 mod path;
+mod plane;
 mod project;
 mod query;
 mod slice;

@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use glam::DVec3;
 
 use crate::index::Index;
-use crate::scene::PicturePlane;
+use crate::scene::PictureRays;
 use crate::simd::{Doubles, Floats, Gather, Mask};
 
 /// Pixels per side of a packet.
@@ -76,7 +76,7 @@ impl<S: Gather> Packet<S> {
     pub(super) fn new(
         simd: S,
         index: &Index,
-        plane: &PicturePlane,
+        rays: &PictureRays,
         [x, y]: [Doubles<S>; 2],
         shift: Doubles<S>,
         samples_per_cell: f64,
@@ -86,14 +86,28 @@ impl<S: Gather> Packet<S> {
         let (origin, finest) = (hierarchy.origin(), levels[levels.len() - 1].cell_size());
         let zero = Doubles::splat(simd, 0.0);
         let (mut start, mut parts) = ([zero; 3], [zero; 3]);
+        let is_parallel = match rays {
+            PictureRays::Plane { start: starts, direction } => {
+                for axis in 0..3 {
+                    parts[axis] = at_pixels(simd, direction, [x, y], axis);
+                    start[axis] = at_pixels(simd, starts, [x, y], axis);
+                }
+                starts[1] != DVec3::ZERO
+            }
+            PictureRays::Panorama(panorama) => {
+                let directions = panorama.directions(&x.store(), &y.store());
+                for axis in 0..3 {
+                    parts[axis] = Doubles::load(simd, &directions[axis]);
+                    start[axis] = Doubles::splat(simd, panorama.eye[axis]);
+                }
+                false
+            }
+        };
         for axis in 0..3 {
-            parts[axis] = at_pixels(simd, &plane.direction, [x, y], axis);
-            start[axis] = (at_pixels(simd, &plane.start, [x, y], axis) - Doubles::splat(simd, origin[axis]))
-                * Doubles::splat(simd, finest[axis].recip());
+            let from_origin = start[axis] - Doubles::splat(simd, origin[axis]);
+            start[axis] = from_origin * Doubles::splat(simd, finest[axis].recip());
         }
-        let is_parallel = plane.start[1] != DVec3::ZERO;
-        let rays = Bundle { start, parts, is_parallel };
-        Self::along(simd, index, rays, shift, samples_per_cell)
+        Self::along(simd, index, Bundle { start, parts, is_parallel }, shift, samples_per_cell)
     }
 
     /// A bundle of rays, whose lattices are shifted by `shift` of a coarse step.

@@ -15,7 +15,7 @@ use super::{Layout, TILE};
 use crate::Volume;
 use crate::hierarchy::Normalisation;
 use crate::layout::{InPlace, PaddedValues, RegionValues};
-use crate::scene::{Camera, PicturePlane};
+use crate::scene::{Camera, PictureRays};
 use crate::simd::{Doubles, Floats, Gather, InstructionSet, Kernel, LANES, Mask};
 
 /// What becomes of the values along a ray.
@@ -78,7 +78,7 @@ pub fn project(
     layout: Layout,
     progress: &(dyn Fn(f64) + Sync),
 ) -> ValueImage {
-    let plane = camera.picture_plane(size);
+    let rays = &camera.picture_rays(size);
     let sampler = &volume.packet_sampler();
     let (index, method) = (volume.index(), volume.method());
     // Holes need not be walked through.
@@ -89,13 +89,13 @@ pub fn project(
             let values = PaddedValues { field: &padded.field, plan: &padded.plan, sampler };
             let looks = looks(&padded.pieces, |node| no_values(node.range));
             let walk = Walk { values, index, pieces: &padded.pieces, looks: &looks, method };
-            Projector { volume, plane, walk, reduction }.rows(size, progress)
+            Projector { volume, rays, walk, reduction }.rows(size, progress)
         }
         Layout::InPlace => {
             let plan = volume.in_place();
             let looks = looks(&plan.pieces, |node| no_values(node.range));
             let walk = Walk { values: InPlace { plan, sampler }, index, pieces: &plan.pieces, looks: &looks, method };
-            Projector { volume, plane, walk, reduction }.rows(size, progress)
+            Projector { volume, rays, walk, reduction }.rows(size, progress)
         }
     };
     ValueImage { size, values }
@@ -103,7 +103,7 @@ pub fn project(
 
 struct Projector<'a, V> {
     volume: &'a Volume,
-    plane: PicturePlane,
+    rays: &'a PictureRays,
     walk: Walk<'a, V>,
     reduction: Reduction,
 }
@@ -214,6 +214,6 @@ impl<V: RegionValues> Projector<'_, V> {
             y[lane] = (corner[1] + lane / SIDE) as f64 + 0.5;
         }
         let pixels = [Doubles::load(simd, &x), Doubles::load(simd, &y)];
-        Packet::new(simd, self.volume.index(), &self.plane, pixels, Doubles::splat(simd, 0.0), 1.0)
+        Packet::new(simd, self.volume.index(), self.rays, pixels, Doubles::splat(simd, 0.0), 1.0)
     }
 }

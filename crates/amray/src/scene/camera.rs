@@ -1,5 +1,7 @@
 //! Cameras: from pixels to rays.
 
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
 use glam::DVec3;
 use thiserror::Error;
 
@@ -16,6 +18,10 @@ pub enum Projection {
         /// The picture's height in world units.
         height: f64,
     },
+    /// Rays leave the eye in all directions: the picture's width is a whole turn, of which the target is in the middle,
+    /// and its height goes from straight up to straight down (an equirectangular projection, as viewers of panoramas
+    /// expect it).
+    Panorama,
 }
 
 /// A camera, not yet checked.
@@ -38,6 +44,8 @@ pub struct Camera {
     forward: DVec3,
     right: DVec3,
     up: DVec3,
+    /// By how much rays go to the right over how much forward, in the middle of the picture.
+    shear: f64,
 }
 
 /// A ray in world units; the direction has length 1.
@@ -81,6 +89,9 @@ pub enum CameraError {
         /// What it can be.
         expected: &'static str,
     },
+    /// There is no pair of pictures that eyes could look at.
+    #[error("camera: no stereo pair {0}")]
+    Stereo(&'static str),
 }
 
 /// The default view comes from the front right and a little from above, with z up.
@@ -159,7 +170,7 @@ impl Camera {
             _ => {}
         }
         let right = right.normalize();
-        Ok(Self { viewpoint, forward, right, up: right.cross(forward) })
+        Ok(Self { viewpoint, forward, right, up: right.cross(forward), shear: 0.0 })
     }
 
     /// Where the camera stands and looks.
@@ -172,16 +183,44 @@ impl Camera {
         (self.right * right + self.up * up + self.forward * forward).to_array()
     }
 
+    /// The cameras of a left and a right eye so far apart, in world units: they look in parallel, and what lies at the
+    /// target's distance is at the same place in both pictures (an off-axis pair: nothing is shifted up or down).
+    ///
+    /// # Errors
+    /// [`CameraError::Stereo`] for a panorama, and for distances that are not finite.
+    pub fn stereo_pair(&self, separation: f64) -> Result<[Self; 2], CameraError> {
+        if self.viewpoint.projection == Projection::Panorama {
+            return Err(CameraError::Stereo(
+                "of a panorama: an eye beside the other is behind it when one looks aside",
+            ));
+        }
+        if !separation.is_finite() {
+            return Err(CameraError::Stereo("of eyes that are not a finite distance apart"));
+        }
+        let [eye, target] = [self.viewpoint.eye, self.viewpoint.target].map(DVec3::from_array);
+        let beside = |shift: f64| {
+            let aside = self.right * shift;
+            let [eye, target] = [eye, target].map(|point| (point + aside).to_array());
+            let viewpoint = Viewpoint { eye, target, ..self.viewpoint };
+            Self { viewpoint, shear: self.shear - shift / self.distance(), ..*self }
+        };
+        Ok([beside(-separation / 2.0), beside(separation / 2.0)])
+    }
+
+    /// From the eye to the target, in world units.
+    pub fn distance(&self) -> f64 {
+        DVec3::from_array(self.viewpoint.eye).distance(DVec3::from_array(self.viewpoint.target))
+    }
+
     /// The ray through a point of a picture of `size` pixels (width, height): (0, 0) is the top left corner, pixel
     /// (i, j) has its centre at (i + 1/2, j + 1/2).
     pub fn ray(&self, size: [usize; 2], pixel: [f64; 2]) -> CameraRay {
-        let plane = self.picture_plane(size);
-        let at = |[corner, right, down]: [DVec3; 3]| corner + right * pixel[0] + down * pixel[1];
-        CameraRay { start: at(plane.start).to_array(), direction: at(plane.direction).normalize().to_array() }
+        let [start, direction] = self.picture_rays(size).at(pixel);
+        CameraRay { start: start.to_array(), direction: direction.normalize().to_array() }
     }
 
-    /// How rays change over a picture of `size` pixels.
-    pub(crate) fn picture_plane(&self, size: [usize; 2]) -> PicturePlane {
+    /// The rays of a picture of `size` pixels.
+    pub(crate) fn picture_rays(&self, size: [usize; 2]) -> PictureRays {
         let [width, height] = size.map(|pixels| pixels as f64);
         let eye = DVec3::from_array(self.viewpoint.eye);
         // From -1/2 at the bottom to 1/2 on top; pixels are square.
@@ -190,25 +229,80 @@ impl Camera {
             [middle - right * (width / 2.0) - down * (height / 2.0), right, down]
         };
         let still = |vector| [vector, DVec3::ZERO, DVec3::ZERO];
+        let forward = self.forward + self.right * self.shear;
         match self.viewpoint.projection {
             Projection::Perspective { fovy } => {
                 let picture = 2.0 * (fovy.to_radians() / 2.0).tan();
-                PicturePlane { start: still(eye), direction: over(self.forward, picture) }
+                PictureRays::Plane { start: still(eye), direction: over(forward, picture) }
             }
             Projection::Orthographic { height } => {
-                PicturePlane { start: over(eye, height), direction: still(self.forward) }
+                PictureRays::Plane { start: over(eye, height), direction: still(forward) }
+            }
+            Projection::Panorama => {
+                let axes = [self.right, self.up, self.forward];
+                PictureRays::Panorama(Panorama { eye, axes, turn: [TAU / width, PI / height] })
             }
         }
     }
 }
 
-/// Rays of a picture, linear in the pixel: at its corner (0, 0), and by how much they change per pixel to the right and
-/// down.
+/// The rays of a picture.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct PicturePlane {
-    pub(crate) start: [DVec3; 3],
-    /// Not of length 1.
-    pub(crate) direction: [DVec3; 3],
+pub(crate) enum PictureRays {
+    /// Rays are linear in the pixel: at the picture's corner (0, 0), and by how much they change per pixel to the right
+    /// and down. Directions are not of length 1.
+    Plane { start: [DVec3; 3], direction: [DVec3; 3] },
+    /// Rays go all around.
+    Panorama(Panorama),
+}
+
+/// All around one point.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Panorama {
+    pub(crate) eye: DVec3,
+    /// To the right, up and forward.
+    axes: [DVec3; 3],
+    /// The angle of a pixel across and down.
+    turn: [f64; 2],
+}
+
+impl PictureRays {
+    /// Where the ray through a point of the picture starts, and where it goes: not of length 1.
+    pub(crate) fn at(&self, [x, y]: [f64; 2]) -> [DVec3; 2] {
+        match self {
+            Self::Plane { start, direction } => {
+                [start, direction].map(|[corner, right, down]| *corner + *right * x + *down * y)
+            }
+            Self::Panorama(panorama) => [panorama.eye, panorama.direction([x, y])],
+        }
+    }
+}
+
+impl Panorama {
+    /// The direction of a point of the picture, of length 1.
+    fn direction(&self, [x, y]: [f64; 2]) -> DVec3 {
+        let (across, across_cosine) = (x * self.turn[0] - PI).sin_cos();
+        let (up, up_cosine) = (FRAC_PI_2 - y * self.turn[1]).sin_cos();
+        let [to_right, upward, forward] = self.axes;
+        to_right * (across * up_cosine) + upward * up + forward * (across_cosine * up_cosine)
+    }
+
+    /// The directions of points of the picture, by axis.
+    pub(crate) fn directions<const COUNT: usize>(&self, x: &[f64; COUNT], y: &[f64; COUNT]) -> [[f64; COUNT]; 3] {
+        let mut directions = [[0.0; COUNT]; 3];
+        for number in 0..COUNT {
+            let direction = self.direction([x[number], y[number]]);
+            for axis in 0..3 {
+                directions[axis][number] = direction[axis];
+            }
+        }
+        directions
+    }
+
+    /// The angle of a pixel in the middle of the picture, the larger way.
+    pub(crate) fn pixel_angle(&self) -> f64 {
+        self.turn[0].max(self.turn[1])
+    }
 }
 
 #[cfg(test)]
@@ -277,6 +371,44 @@ mod tests {
         for fovy in [0.0, 180.0, f64::NAN] {
             let viewpoint = Viewpoint { projection: Projection::Perspective { fovy }, ..looking_down_z() };
             assert!(Camera::new(viewpoint).is_err());
+        }
+    }
+
+    #[test]
+    fn a_panorama_goes_all_around() {
+        let viewpoint = Viewpoint { projection: Projection::Panorama, ..looking_down_z() };
+        let camera = Camera::new(viewpoint).unwrap();
+        for (pixel, expected) in [
+            ([200.0, 100.0], [0.0, 0.0, -1.0]),
+            ([300.0, 100.0], [1.0, 0.0, 0.0]),
+            ([0.0, 100.0], [0.0, 0.0, 1.0]),
+            ([100.0, 100.0], [-1.0, 0.0, 0.0]),
+            ([17.0, 0.0], [0.0, 1.0, 0.0]),
+            ([200.0, 150.0], [0.0, -0.5f64.sqrt(), -0.5f64.sqrt()]),
+        ] {
+            let ray = camera.ray([400, 200], pixel);
+            assert_eq!(ray.start, [0.0, 0.0, 10.0]);
+            let off = (0..3).map(|axis| (ray.direction[axis] - expected[axis]).abs()).fold(0.0, f64::max);
+            assert!(off < 1e-12, "{pixel:?}: {ray:?}");
+        }
+        assert!(matches!(camera.stereo_pair(0.1), Err(CameraError::Stereo(_))));
+    }
+
+    #[test]
+    fn two_eyes_see_the_target_at_the_same_place() {
+        for viewpoint in [looking_down_z(), looking_down_z().orthographic()] {
+            let camera = Camera::new(viewpoint).unwrap();
+            let [left, right] = camera.stereo_pair(0.5).unwrap();
+            assert_eq!((left.viewpoint().eye[0], right.viewpoint().eye[0]), (-0.25, 0.25));
+            // Where rays are at the target's distance, and behind it.
+            let at = |camera: &Camera, z: f64| {
+                let CameraRay { start, direction } = camera.ray([90, 60], [70.0, 20.0]);
+                let t = (z - start[2]) / direction[2];
+                [start[0] + t * direction[0], start[1] + t * direction[1]]
+            };
+            let (seen, behind) = ([&left, &right].map(|eye| at(eye, 0.0)), [&left, &right].map(|eye| at(eye, -5.0)));
+            assert!((seen[0][0] - seen[1][0]).abs() < 1e-12 && (seen[0][1] - seen[1][1]).abs() < 1e-12);
+            assert!((behind[0][0] - behind[1][0] - 0.25).abs() < 1e-12 && (behind[0][1] - behind[1][1]).abs() < 1e-12);
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What a picture is made of: the volume, how it looks, and from where it is seen.
 
 mod camera;
+mod clip;
 mod lighting;
 mod look;
 mod surface;
@@ -8,8 +9,9 @@ mod surface;
 use crate::Volume;
 use crate::appearance::TransferFunction;
 
-pub(crate) use camera::PicturePlane;
+pub(crate) use camera::PictureRays;
 pub use camera::{Camera, CameraError, CameraRay, Projection, Viewpoint};
+pub use clip::Clip;
 pub use lighting::{AmbientOcclusion, Light, Lighting, LightingError, Material, SHADOW_LIGHTS, Shading};
 pub use look::{Look, LookError};
 pub use surface::{Paint, Shape, Surface};
@@ -29,11 +31,21 @@ pub struct Scene<'a> {
     pub lighting: Lighting,
     /// What else is there. [`Engine::Query`](crate::render::Engine::Query) leaves it out.
     pub surfaces: Vec<Surface<'a>>,
+    /// What of the volume is cut away.
+    pub clips: Vec<Clip>,
 }
 
 impl<'a> Scene<'a> {
     /// A volume alone that glows in its own colours.
     pub fn new(volume: &'a Volume, transfer_function: TransferFunction, unit_distance: f64, camera: Camera) -> Self {
-        Self { volume, transfer_function, unit_distance, camera, lighting: Lighting::default(), surfaces: Vec::new() }
+        Self {
+            volume,
+            transfer_function,
+            unit_distance,
+            camera,
+            lighting: Lighting::default(),
+            surfaces: Vec::new(),
+            clips: Vec::new(),
+        }
     }
 }

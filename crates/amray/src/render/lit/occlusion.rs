@@ -3,6 +3,7 @@
 use fearless_simd::prelude::*;
 
 use super::super::RenderStatistics;
+use super::super::clip::{Clips, Parts};
 use super::super::march::{Dimming, March, Single};
 use super::super::packet::{Bundle, PACKETS, Packet, Packets};
 use super::super::surface::Surfaces;
@@ -31,6 +32,7 @@ pub(in super::super) trait Occluders: Sync {
 pub(in super::super) struct Obstacles<'a, V> {
     pub(in super::super) march: March<'a, Single<'a, V>>,
     pub(in super::super) surfaces: Option<Surfaces<'a, V>>,
+    pub(in super::super) clips: &'a Clips,
 }
 
 impl<V: RegionValues + Copy> Occluders for Obstacles<'_, V> {
@@ -47,7 +49,10 @@ impl<V: RegionValues + Copy> Occluders for Obstacles<'_, V> {
         if let Some(surfaces) = &self.surfaces {
             surfaces.dim(simd, packets, (span, reach), through, stack);
         }
-        self.march.collect(simd, packets, span, (&mut Dimming, through), stack, statistics);
+        let mut parts = Parts::new(simd, self.clips, packets, span);
+        while let Some(part) = parts.next(simd, packets) {
+            self.march.collect(simd, packets, &part, (&mut Dimming, &mut *through), stack, statistics);
+        }
     }
 }
 

@@ -59,7 +59,9 @@ impl Lights {
                     continue;
                 }
                 Light::Headlight { .. } => match scene.camera.viewpoint().projection {
-                    Projection::Perspective { .. } => Source::Near(cells(scene.camera.viewpoint().eye), None),
+                    Projection::Perspective { .. } | Projection::Panorama => {
+                        Source::Near(cells(scene.camera.viewpoint().eye), None)
+                    }
                     Projection::Orthographic { .. } => {
                         Source::Far(DVec3::from_array(scene.camera.direction([0.0, 0.0, -1.0])))
                     }

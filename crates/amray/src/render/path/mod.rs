@@ -15,6 +15,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use thiserror::Error;
 
+use super::clip::Clips;
 use super::{Engine, Film, Layout, RenderOptions};
 use crate::Volume;
 use crate::appearance::PreparedTransferFunction;
@@ -22,7 +23,7 @@ use crate::hierarchy::{Voxel, with_voxels};
 use crate::index::Ray;
 use crate::layout::PaddedPoints;
 use crate::reconstruction::Sampler;
-use crate::scene::{LightingError, PicturePlane, Scene, Shading};
+use crate::scene::{LightingError, PictureRays, Scene, Shading};
 
 use lights::Lights;
 use majorants::Majorants;
@@ -141,7 +142,8 @@ struct View<'a> {
     lights: Lights,
     /// Whether the volume glows, and scatters nothing.
     is_emissive: bool,
-    plane: PicturePlane,
+    rays: PictureRays,
+    clips: Clips,
     size: [usize; 2],
     seed: u64,
     /// Of the finest level, in world units.
@@ -183,7 +185,8 @@ impl<'a> PathTracer<'a> {
             function,
             lights: Lights::new(scene, hierarchy),
             is_emissive: scene.lighting.shading == Shading::Emissive,
-            plane: scene.camera.picture_plane(options.size),
+            rays: scene.camera.picture_rays(options.size),
+            clips: Clips::new(&scene.clips, hierarchy),
             size: options.size,
             seed: options.seed,
             cell_size: DVec3::from_array(hierarchy.levels()[hierarchy.finest_level()].cell_size()),
@@ -206,7 +209,13 @@ impl<'a> PathTracer<'a> {
         let finished = AtomicUsize::new(0);
         let statistics = with_voxels!(view.volume.field().values(), bricks => {
             let sampler = Sampler::new(view.volume.index(), bricks, view.volume.method());
-            let medium = Medium { sampler, padded: view.padded.as_ref(), function: &view.function, majorants: &view.majorants };
+            let medium = Medium {
+                sampler,
+                padded: view.padded.as_ref(),
+                function: &view.function,
+                majorants: &view.majorants,
+                clips: &view.clips,
+            };
             let row = |scratch: &mut Scratch, (y, sums): (usize, &mut [[f64; 4]])| {
                 scratch.statistics = PathStatistics::default();
                 for (x, sum) in sums.iter_mut().enumerate() {
@@ -323,11 +332,10 @@ impl View<'_> {
     }
 
     /// Where a path starts, in cells of the finest level, and its direction, of length 1 in world units.
-    fn first_ray(&self, [x, y]: [f64; 2]) -> ([f64; 3], DVec3) {
-        let at = |[corner, right, down]: [DVec3; 3]| corner + right * x + down * y;
+    fn first_ray(&self, pixel: [f64; 2]) -> ([f64; 3], DVec3) {
         let hierarchy = self.volume.hierarchy();
-        let start = hierarchy.to_cells(hierarchy.finest_level(), at(self.plane.start).to_array());
-        (start, at(self.plane.direction).normalize())
+        let [start, direction] = self.rays.at(pixel);
+        (hierarchy.to_cells(hierarchy.finest_level(), start.to_array()), direction.normalize())
     }
 
     /// The ray along which places are as far apart as in world units.

@@ -6,6 +6,7 @@
 
 use std::ops::ControlFlow;
 
+use super::super::clip::Clips;
 use super::PathStatistics;
 use super::majorants::Majorants;
 use super::random::Random;
@@ -22,6 +23,7 @@ pub(super) struct Medium<'a, T> {
     pub(super) padded: Option<&'a PaddedPoints<'a>>,
     pub(super) function: &'a PreparedTransferFunction,
     pub(super) majorants: &'a Majorants,
+    pub(super) clips: &'a Clips,
 }
 
 /// What paths use one after the other: memory, and counters.
@@ -105,6 +107,9 @@ impl<T: Voxel> Medium<'_, T> {
                 t = next;
                 depth = random.optical_depth();
                 let place = std::array::from_fn(|axis| ray.start[axis] + t * ray.direction[axis]);
+                if self.clips.hides(place) {
+                    continue;
+                }
                 let value = self.value(part.region, part.inside(place));
                 let extinction = self.function.extinction_at(value).min(part.opaque);
                 statistics.samples += 1;

@@ -2,13 +2,13 @@
 
 use fearless_simd::prelude::*;
 
-use super::super::packet::{Masks, PACKETS, Packet, Packets};
+use super::super::packet::{Masks, PACKETS, Packets};
 use super::super::traverse::{Span, Stack};
 use super::super::walk::{Crossings, Levels, Walk};
 use super::Surfaces;
 use super::layers::Layers;
 use crate::layout::RegionValues;
-use crate::simd::{Doubles, Floats, Gather, Integers, LANES, Mask, lanes_of};
+use crate::simd::{Floats, Gather, Integers, LANES, Mask, lanes_of};
 
 /// Where rays meet surfaces, and which ones; infinity where they meet none.
 #[derive(Clone, Copy)]
@@ -30,9 +30,6 @@ pub(super) struct Seeker<'a, S: Gather, V> {
     behind: [Integers<S>; PACKETS],
 }
 
-/// By how much of itself a length may be off.
-const ROUNDING: f32 = 1e-6;
-
 impl<'a, S: Gather, V: RegionValues + Copy> Seeker<'a, S, V> {
     /// Finds what rays meet first between the ends of `span`.
     #[inline(always)]
@@ -40,9 +37,10 @@ impl<'a, S: Gather, V: RegionValues + Copy> Seeker<'a, S, V> {
         simd: S,
         surfaces: Surfaces<'a, V>,
         packets: &Packets<S>,
-        span: Span<S>,
+        mut span: Span<S>,
         stack: &mut Stack<S>,
     ) -> Self {
+        surfaces.clips.narrow(simd, packets, &mut span);
         let (none, nowhere) = (Integers::splat(simd, -1), Floats::splat(simd, f32::INFINITY));
         let rays = [Mask::splat(simd, false); PACKETS];
         let met = Met { rays, at: [-nowhere; PACKETS], number: [none; PACKETS] };
@@ -126,27 +124,39 @@ impl<'a, S: Gather, V: RegionValues + Copy> Seeker<'a, S, V> {
     /// Looks for the next isosurfaces of `rays`, some of which are `starting` on one.
     #[inline(never)]
     fn seek(&mut self, simd: S, rays: &Masks<S>, starting: &Masks<S>, packets: &Packets<S>, stack: &mut Stack<S>) {
-        let Surfaces { plan, values, pieces } = self.surfaces;
+        let Surfaces { plan, values, pieces, clips } = self.surfaces;
         if plan.levels.is_empty() {
             return;
         }
         simd.vectorize(
             #[inline(always)]
             || {
-                let mut span = self.span;
+                let (mut span, mut rays, mut starting) = (self.span, *rays, *starting);
                 for packet in 0..PACKETS {
                     span.enter[packet] = starting[packet].select(self.met.at[packet], span.enter[packet]);
                 }
-                let mut crossings = Crossings::new(simd, Levels(&plan.levels), *rays, (*starting, self.behind));
                 let method = plan.volume.method();
                 let index = plan.volume.index();
                 let walk = Walk { values, index, pieces, looks: &plan.looks, method };
-                walk.walk(simd, packets, &span, &mut crossings, stack);
-                for packet in 0..PACKETS {
-                    let rays = rays[packet];
-                    self.isosurface[packet] = rays.select(crossings.at[packet], self.isosurface[packet]);
-                    self.level[packet] = rays.select(crossings.level[packet], self.level[packet]);
-                    self.behind[packet] = rays.select(crossings.behind[packet], self.behind[packet]);
+                // What is found in a hole that is cut away does not count: on behind it.
+                for _ in 0..=clips.holes() {
+                    let mut crossings = Crossings::new(simd, Levels(&plan.levels), rays, (starting, self.behind));
+                    walk.walk(simd, packets, &span, &mut crossings, stack);
+                    let mut any = false;
+                    for packet in 0..PACKETS {
+                        let (found, at) = (rays[packet], crossings.at[packet]);
+                        self.isosurface[packet] = found.select(at, self.isosurface[packet]);
+                        self.level[packet] = found.select(crossings.level[packet], self.level[packet]);
+                        self.behind[packet] = found.select(crossings.behind[packet], self.behind[packet]);
+                        let exit = clips.exit(simd, &packets[packet], at);
+                        rays[packet] = found & exit.simd_gt(at);
+                        starting[packet] &= !rays[packet];
+                        span.enter[packet] = rays[packet].select(exit, span.enter[packet]);
+                        any |= rays[packet].any_true();
+                    }
+                    if !any {
+                        return;
+                    }
                 }
             },
         );
@@ -161,7 +171,8 @@ impl<'a, S: Gather, V: RegionValues + Copy> Seeker<'a, S, V> {
             let ends = [self.span.enter[packet], self.span.leave[packet]];
             for (plane, nth) in plan.planes.iter().zip(plan.levels.len()..) {
                 let place = plane.meets(simd, &packets[packet], ends);
-                let nearer = place.simd_gt(self.met.at[packet]) & place.simd_lt(at);
+                let is_left = self.surfaces.clips.exit(simd, &packets[packet], place).simd_eq(place);
+                let nearer = place.simd_gt(self.met.at[packet]) & place.simd_lt(at) & is_left;
                 at = nearer.select(place, at);
                 number = nearer.select(Integers::splat(simd, nth as i32), number);
             }
@@ -170,23 +181,5 @@ impl<'a, S: Gather, V: RegionValues + Copy> Seeker<'a, S, V> {
             met.at[packet] = rays[packet].select(at, Floats::splat(simd, f32::INFINITY));
             met.number[packet] = number;
         }
-    }
-}
-
-impl super::plan::Plane {
-    /// Where rays meet the plane inside of the domain, which they enter and leave at these ends; infinity elsewhere.
-    #[inline(always)]
-    pub(super) fn meets<S: Gather>(&self, simd: S, packet: &Packet<S>, [enter, leave]: [Floats<S>; 2]) -> Floats<S> {
-        let (mut distance, mut speed) = (Doubles::splat(simd, -self.offset), Doubles::splat(simd, 0.0));
-        for axis in 0..3 {
-            let across = Doubles::splat(simd, self.across[axis]);
-            distance = packet.start[axis].mul_add(across, distance);
-            speed = packet.direction[axis].mul_add(across, speed);
-        }
-        let at = -(distance.to_floats() / speed.to_floats());
-        // A slice on the domain's very face is inside.
-        let nearly = (leave + Floats::splat(simd, 1.0)) * Floats::splat(simd, ROUNDING);
-        let inside = at.simd_ge(enter - nearly) & at.simd_le(leave + nearly) & enter.simd_lt(leave);
-        inside.select(at.max(enter).min(leave), Floats::splat(simd, f32::INFINITY))
     }
 }

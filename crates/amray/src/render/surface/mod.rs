@@ -8,6 +8,7 @@ mod shade;
 
 use fearless_simd::prelude::*;
 
+use super::clip::Clips;
 use super::lit::{Lamps, Obstacles, Occlusion};
 use super::march::clear;
 use super::packet::{PACKETS, Packets};
@@ -30,6 +31,7 @@ pub(super) struct Surfaces<'a, V> {
     pub(super) plan: &'a SurfacePlan<'a>,
     pub(super) values: V,
     pub(super) pieces: &'a [PieceNode],
+    pub(super) clips: &'a Clips,
 }
 
 /// An engine with surfaces in its way.

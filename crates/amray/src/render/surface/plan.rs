@@ -7,6 +7,7 @@ use crate::layout::PieceNode;
 use crate::reconstruction::AnySampler;
 use crate::scene::{Shape, Surface};
 
+use super::super::plane::Plane;
 use super::super::visibility::NodeLook;
 use super::super::walk::{Levels, looks};
 use super::coat::Coat;
@@ -25,12 +26,6 @@ pub(in super::super) struct SurfacePlan<'a> {
     pub(super) coats: Vec<Coat<'a>>,
 }
 
-/// A plane: places in cells of the finest level whose product with `across` is `offset`.
-pub(super) struct Plane {
-    pub(super) across: [f64; 3],
-    pub(super) offset: f64,
-}
-
 impl<'a> SurfacePlan<'a> {
     /// Surfaces over a volume with these pieces; `None` where there are none.
     pub(in super::super) fn new(volume: &'a Volume, surfaces: &'a [Surface<'a>], pieces: &[PieceNode]) -> Option<Self> {
@@ -44,7 +39,7 @@ impl<'a> SurfacePlan<'a> {
             match surface.shape {
                 Shape::Isosurface(value) => isosurfaces.push((((value - low) * scale) as f32, surface)),
                 Shape::Slice { point, normal } => {
-                    planes.push(Plane::new(volume, point, normal));
+                    planes.push(Plane::new(volume.hierarchy(), point, normal));
                     slices.push(Coat::new(volume, surface, Some(normal)));
                 }
                 Shape::Mesh(mesh) => {
@@ -69,16 +64,5 @@ impl<'a> SurfacePlan<'a> {
     /// The number of the first mesh.
     pub(super) fn first_mesh(&self) -> usize {
         self.levels.len() + self.planes.len()
-    }
-}
-
-impl Plane {
-    fn new(volume: &Volume, point: [f64; 3], normal: [f64; 3]) -> Self {
-        let hierarchy = volume.hierarchy();
-        let finest = hierarchy.finest_level();
-        let size = hierarchy.levels()[finest].cell_size();
-        let place = hierarchy.to_cells(finest, point);
-        let across: [f64; 3] = std::array::from_fn(|axis| normal[axis] * size[axis]);
-        Self { across, offset: (0..3).map(|axis| across[axis] * place[axis]).sum() }
     }
 }
