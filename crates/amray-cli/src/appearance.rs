@@ -53,9 +53,10 @@ impl AppearanceArguments {
         self.chosen(choose, |error| data.error(format!("field {field}: {error}")))
     }
 
-    /// The colours alone, for pictures in which every value is opaque; `values` are those shown of `data`.
-    pub(crate) fn colors(&self, data: &DataArguments, values: &[f64]) -> anyhow::Result<TransferFunction> {
-        self.chosen(|look| look.colors(values), |error| data.error(format!("on the slice: {error}")))
+    /// The colours alone, for pictures in which every value is opaque; `values` are those shown of `data`, `place` tells
+    /// where they are.
+    pub(crate) fn colors(&self, data: &DataArguments, place: &str, values: &[f64]) -> anyhow::Result<TransferFunction> {
+        self.chosen(|look| look.colors(values), |error| data.error(format!("{place}: {error}")))
     }
 
     /// The function that `--tf` names, or that `choose` finds for the look that the flags describe.

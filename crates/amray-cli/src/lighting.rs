@@ -41,11 +41,12 @@ enum ShadingName {
 }
 
 impl LightingArguments {
-    /// The lighting of a picture by `camera` of a domain with the longest side `longest`.
+    /// The lighting of a picture by `camera` of a domain with the longest side `longest`, in which volumes may be known to
+    /// scatter light.
     ///
     /// # Errors
     /// Where there are more lights with shadows than can be.
-    pub(crate) fn lighting(&self, camera: &Camera, longest: f64) -> Result<Lighting, LightingError> {
+    pub(crate) fn lighting(&self, camera: &Camera, longest: f64, scatters: bool) -> Result<Lighting, LightingError> {
         let occlusion = |rays: u16| AmbientOcclusion {
             rays: rays.into(),
             distance: self.ao_distance.unwrap_or(OCCLUSION_DISTANCE * longest),
@@ -53,11 +54,11 @@ impl LightingArguments {
         let shading = match self.shading {
             Some(ShadingName::Gradient) => Shading::Gradient(Material::default()),
             Some(ShadingName::Isotropic) => Shading::Isotropic,
-            None if self.shadows || self.ao.is_some() || !self.light.is_empty() => Shading::Isotropic,
+            None if scatters || self.shadows || self.ao.is_some() || !self.light.is_empty() => Shading::Isotropic,
             None => Shading::Emissive,
         };
         let lights = match self.light.is_empty() {
-            true if self.shadows => Lighting::from_upper_left(camera),
+            true if scatters || self.shadows => Lighting::from_upper_left(camera),
             true => Lighting::default().lights,
             false => self.light.clone(),
         };

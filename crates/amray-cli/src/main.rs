@@ -2,18 +2,22 @@
 
 mod appearance;
 mod bench;
+mod clips;
 mod data;
 mod demo;
 mod info;
 mod lighting;
 mod memory;
+mod mode;
 mod number;
 mod progress;
+mod project;
 mod render;
 mod sample;
 mod sampling;
 mod slice;
 mod surfaces;
+mod value_picture;
 mod view;
 mod view_file;
 
@@ -43,6 +47,8 @@ enum Command {
     Render(Box<render::Arguments>),
     /// A slice across an axis, with a colour bar
     Slice(slice::Arguments),
+    /// Values along rays: column densities, averages, maxima, minima
+    Project(project::Arguments),
     /// Values at given points
     Sample(sample::Arguments),
     /// Frames per second of both engines, per method, level and number of threads
@@ -73,6 +79,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Info(arguments) => info::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
         Command::Slice(arguments) => slice::run(&arguments),
+        Command::Project(arguments) => project::run(&arguments),
         Command::Sample(arguments) => sample::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use amray::appearance::{Picture, TransferFunction, automatic, color_bar};
-use amray::render::{Engine, Film, RenderOptions, RenderStatistics, render};
-use amray::scene::{Scene, Shading};
+use amray::render::{Engine, Film, PathError, RenderOptions, RenderStatistics};
+use amray::scene::{CameraError, Scene, Shading};
 use amray_formats::FormatError;
 use amray_formats::output::check_writable;
 use amray_formats::picture::{PictureFormat, write_exr, write_npy, write_png};
@@ -14,9 +14,11 @@ use clap::builder::{PathBufValueParser, TypedValueParser};
 use serde::Serialize;
 
 use crate::appearance::AppearanceArguments;
+use crate::clips::ClipArguments;
 use crate::data::{DataArguments, Opened, VolumeArguments};
 use crate::lighting::LightingArguments;
-use crate::progress::{with_progress, with_spinner};
+use crate::mode::ModeArguments;
+use crate::progress::with_spinner;
 use crate::sampling::{LayoutName, SamplingArguments};
 use crate::surfaces::SurfaceArguments;
 use crate::view::ViewArguments;
@@ -25,6 +27,7 @@ use crate::{memory, number, print};
 
 /// Pixels of a picture, where nothing says so.
 pub(crate) const SIZE: [usize; 2] = [1024; 2];
+const PANORAMA_SIZE: [usize; 2] = [2048, 1024];
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -47,6 +50,14 @@ pub(crate) struct Arguments {
     lighting: LightingArguments,
     #[command(flatten)]
     surfaces: SurfaceArguments,
+    #[command(flatten)]
+    clips: ClipArguments,
+    #[command(flatten)]
+    mode: ModeArguments,
+    /// A pair of pictures for the left and the right eye, side by side, each of --size; SEPARATION is in world units
+    /// [default: a thirtieth of the way to the target]
+    #[arg(long, value_name = "SEPARATION", num_args = 0..=1, value_parser = number::positive)]
+    stereo: Option<Option<f64>>,
     /// Multiply all opacities
     #[arg(long, value_name = "A", default_value = "1", value_parser = number::positive)]
     opacity: f64,
@@ -124,6 +135,9 @@ impl Arguments {
             appearance: AppearanceArguments::default(),
             lighting: LightingArguments::default(),
             surfaces: SurfaceArguments::default(),
+            clips: ClipArguments::default(),
+            mode: ModeArguments::default(),
+            stereo: None,
             opacity: 1.0,
             unit_distance: None,
             samples_per_cell: 1.0,
@@ -153,6 +167,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     let output = arguments.output.clone().unwrap_or_else(|| PathBuf::from(arguments.volume.data.stem() + ".png"));
     let format = PictureFormat::of(&output)?;
+    arguments.mode.check()?;
     if arguments.color_bar && format != PictureFormat::Png {
         anyhow::bail!("{}: a colour bar can only be drawn into a .png", output.display());
     }
@@ -160,7 +175,11 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     check_writable(&output)?;
     let view = arguments.view_name.as_ref().map(ViewName::read).transpose()?;
     let view = view.as_ref();
-    let size = arguments.size.or(view.and_then(|view| view.size)).unwrap_or(SIZE);
+    let size = arguments.size.or(view.and_then(|view| view.size)).unwrap_or(if arguments.view.panorama {
+        PANORAMA_SIZE
+    } else {
+        SIZE
+    });
     let field = arguments.volume.field.clone().or(view.and_then(|view| view.field.clone()));
     let opened = VolumeArguments { field, ..arguments.volume.clone() }.open()?;
     let colors = |data: &_, volume: &_| AppearanceArguments::default().transfer_function(data, volume);
@@ -177,7 +196,7 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     let longest = volume.hierarchy().longest_side();
     let unit_distance = arguments.unit_distance.unwrap_or(longest / automatic::UNIT_DISTANCES);
     let camera = camera.camera(&volume, size)?;
-    let lighting = arguments.lighting.lighting(&camera, longest)?;
+    let lighting = arguments.lighting.lighting(&camera, longest, arguments.mode.is_path())?;
     let options = RenderOptions {
         size,
         samples_per_cell: arguments.samples_per_cell,
@@ -187,6 +206,9 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         integration: arguments.sampling.preintegrate.into(),
         adaptive: !arguments.sampling.every_cell,
     };
+    if arguments.mode.is_path() && (options.engine == Engine::Query || !arguments.surfaces.is_empty()) {
+        anyhow::bail!("--mode path is for volumes alone: drop --iso, --slice, --mesh and --engine query, or march");
+    }
     let is_plain = lighting.shading == Shading::Emissive && arguments.surfaces.is_empty();
     if options.engine == Engine::Query && !is_plain {
         anyhow::bail!(
@@ -197,13 +219,15 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     let surfaces = arguments.surfaces.surfaces(&volume, &function, &surface_data);
     let opacity = if arguments.surfaces.hide_volume { 0.0 } else { arguments.opacity };
     let function = function.scaled_opacity(opacity);
-    let scene = Scene { lighting, surfaces, ..Scene::new(&volume, function, unit_distance, camera) };
+    let clips = arguments.clips.clips(&volume);
+    let scene = Scene { lighting, surfaces, clips, ..Scene::new(&volume, function, unit_distance, camera) };
+    let scenes = eyes(&scene, arguments.stereo)?;
     let start = Instant::now();
     if let Engine::March(layout) = options.engine {
         with_spinner("preparing", || volume.prepare(layout));
     }
     let prepare_seconds = start.elapsed().as_secs_f64();
-    let (film, statistics, seconds) = frames(&scene, &options, arguments.repeat);
+    let (film, statistics, seconds) = frames(&scenes, &options, arguments)?;
     match format {
         PictureFormat::Png => {
             let bar = arguments.color_bar.then_some(&scene.transfer_function);
@@ -216,7 +240,7 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     sorted.sort_by(f64::total_cmp);
     Ok(Report {
         output,
-        size,
+        size: film.size(),
         open_seconds,
         index_seconds,
         prepare_seconds,
@@ -240,23 +264,42 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     })
 }
 
-/// Renders one frame or, with `repeat`, a warm-up and that many frames; the last picture and the seconds of each.
-fn frames(scene: &Scene, options: &RenderOptions, repeat: Option<u16>) -> (Film, RenderStatistics, Vec<f64>) {
+/// How many times as far as its eyes are apart a target is that is looked at comfortably.
+const COMFORTABLE: f64 = 30.0;
+
+/// The scene as it is seen: by one eye, or by the left and the right one.
+fn eyes<'a>(scene: &Scene<'a>, stereo: Option<Option<f64>>) -> Result<Vec<Scene<'a>>, CameraError> {
+    let Some(separation) = stereo else { return Ok(vec![scene.clone()]) };
+    let cameras = scene.camera.stereo_pair(separation.unwrap_or(scene.camera.distance() / COMFORTABLE))?;
+    Ok(cameras.into_iter().map(|camera| Scene { camera, ..scene.clone() }).collect())
+}
+
+/// Renders one frame or, with `--repeat`, a warm-up and that many frames, of scenes side by side; the last picture and
+/// the seconds of each.
+fn frames(
+    scenes: &[Scene],
+    options: &RenderOptions,
+    arguments: &Arguments,
+) -> Result<(Film, RenderStatistics, Vec<f64>), PathError> {
     let frame = |what: &str| {
         let start = Instant::now();
-        let (film, statistics) = with_progress(what, |progress| render(scene, options, progress));
-        (film, statistics, start.elapsed().as_secs_f64())
+        let (mut film, mut statistics) = arguments.mode.film(&scenes[0], options, what)?;
+        for scene in &scenes[1..] {
+            let (right, more) = arguments.mode.film(scene, options, what)?;
+            (film, statistics) = (film.beside(&right), statistics + more);
+        }
+        Ok::<_, PathError>((film, statistics, start.elapsed().as_secs_f64()))
     };
-    if repeat.is_some() {
-        frame("warm-up");
+    if arguments.repeat.is_some() {
+        frame("warm-up")?;
     }
-    let count = usize::from(repeat.unwrap_or(1));
+    let count = usize::from(arguments.repeat.unwrap_or(1));
     let mut all = Vec::with_capacity(count);
     loop {
-        let (film, statistics, seconds) = frame("rendering");
+        let (film, statistics, seconds) = frame("rendering")?;
         all.push(seconds);
         if all.len() == count {
-            return (film, statistics, all);
+            return Ok((film, statistics, all));
         }
     }
 }

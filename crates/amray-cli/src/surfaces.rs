@@ -63,12 +63,25 @@ struct Slice {
     opacity: f32,
 }
 
-/// Where a slice is.
+/// Where a plane is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Place {
+pub(crate) enum Place {
     Middle,
     OnAxis(Axis, f64),
     Through([f64; 3]),
+}
+
+impl Place {
+    /// A point on the plane, in a domain with these corners.
+    pub(crate) fn point(self, [low, high]: [[f64; 3]; 2]) -> [f64; 3] {
+        let mut point = std::array::from_fn(|axis| (low[axis] + high[axis]) / 2.0);
+        match self {
+            Self::Middle => {}
+            Self::OnAxis(axis, at) => point[axis as usize] = at,
+            Self::Through(through) => point = through,
+        }
+        point
+    }
 }
 
 /// What surfaces are made of besides the field shown.
@@ -123,16 +136,10 @@ impl SurfaceArguments {
             }
             Surface { opacity: *opacity, ..Surface::isosurface(*value, data.paint(color, own())) }
         });
-        let [low, high] = volume.hierarchy().bounds();
-        let middle: [f64; 3] = std::array::from_fn(|axis| (low[axis] + high[axis]) / 2.0);
-        let slices = self.slices.iter().map(|Slice { normal, place, opacity }| {
-            let mut point = middle;
-            match *place {
-                Place::Middle => {}
-                Place::OnAxis(axis, at) => point[axis as usize] = at,
-                Place::Through(through) => point = through,
-            }
-            Surface { opacity: *opacity, ..Surface::slice(point, *normal, own()) }
+        let bounds = volume.hierarchy().bounds();
+        let slices = self.slices.iter().map(|Slice { normal, place, opacity }| Surface {
+            opacity: *opacity,
+            ..Surface::slice(place.point(bounds), *normal, own())
         });
         let meshes = self.meshes.iter().zip(&data.meshes).map(|(MeshFile { color, opacity, .. }, mesh)| {
             let paint = data.paint(color, Paint::Own);
@@ -215,8 +222,13 @@ fn slice(text: &str) -> Result<Slice, String> {
         [across, place, opacity] => (across, Some(place), Some(opacity)),
         _ => return Err("expected AXIS|NORMAL[:PLACE[:OPACITY]]".into()),
     };
+    let (normal, place) = plane(across, place)?;
+    Ok(Slice { normal, place, opacity: share(opacity)? })
+}
+
+/// The normal and the place of `AXIS|NORMAL[:PLACE]`.
+pub(crate) fn plane(across: &str, place: Option<&str>) -> Result<([f64; 3], Place), String> {
     let place = place.filter(|place| !place.is_empty());
-    let opacity = share(opacity)?;
     if let Ok(axis) = across.parse::<Axis>() {
         let mut normal = [0.0; 3];
         normal[axis as usize] = 1.0;
@@ -224,7 +236,7 @@ fn slice(text: &str) -> Result<Slice, String> {
             Some(place) => Place::OnAxis(axis, number::finite(place)?),
             None => Place::Middle,
         };
-        return Ok(Slice { normal, place, opacity });
+        return Ok((normal, place));
     }
     let normal =
         number::list::<3>(across).map_err(|_| format!("{across:?} is no axis x, y or z and no normal x,y,z"))?;
@@ -235,7 +247,7 @@ fn slice(text: &str) -> Result<Slice, String> {
         Some(place) => Place::Through(number::list(place)?),
         None => Place::Middle,
     };
-    Ok(Slice { normal, place, opacity })
+    Ok((normal, place))
 }
 
 /// An opacity; 1 where it is not given.

@@ -28,6 +28,9 @@ pub(crate) struct ViewArguments {
     /// Parallel rays instead of perspective; the target keeps its size
     #[arg(long)]
     orthographic: bool,
+    /// All around the eye: a picture twice as wide as high, as viewers of panoramas expect it. Give it an --eye inside
+    #[arg(long, conflicts_with_all = ["orthographic", "fovy"])]
+    pub(crate) panorama: bool,
 }
 
 impl From<&View> for ViewArguments {
@@ -38,6 +41,7 @@ impl From<&View> for ViewArguments {
             up: Some(view.up),
             fovy: Some(view.fovy),
             orthographic: false,
+            panorama: false,
         }
     }
 }
@@ -51,6 +55,7 @@ impl ViewArguments {
             up: self.up.or(others.up),
             fovy: self.fovy.or(others.fovy),
             orthographic: self.orthographic || others.orthographic,
+            panorama: self.panorama || others.panorama,
         }
     }
 
@@ -65,6 +70,10 @@ impl ViewArguments {
             up: self.up.unwrap_or(framing.up),
             projection: Projection::Perspective { fovy },
         };
-        Camera::new(if self.orthographic { viewpoint.orthographic() } else { viewpoint })
+        Camera::new(match self {
+            Self { panorama: true, .. } => Viewpoint { projection: Projection::Panorama, ..viewpoint },
+            Self { orthographic: true, .. } => viewpoint.orthographic(),
+            _ => viewpoint,
+        })
     }
 }

@@ -23,6 +23,18 @@ impl Film {
         &self.pixels
     }
 
+    /// This film and, beside it on the right, another one as high; rows that only one has are transparent in the other.
+    pub fn beside(&self, right: &Self) -> Self {
+        let ([left_width, left_height], [right_width, right_height]) = (self.size, right.size);
+        let mut both = Self::new([left_width + right_width, left_height.max(right_height)]);
+        for (film, left) in [(self, 0), (right, left_width)] {
+            if film.size[0] > 0 {
+                both.put_tile([left, 0], film.size[0], &film.pixels);
+            }
+        }
+        both
+    }
+
     /// Puts rows of `width` pixels where their top left one is at `corner`.
     pub(super) fn put_tile(&mut self, corner: [usize; 2], width: usize, pixels: &[[f32; 4]]) {
         for (row, line) in pixels.chunks_exact(width).enumerate() {
@@ -49,6 +61,16 @@ impl Film {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn films_stand_side_by_side() {
+        let (mut left, mut right) = (Film::new([1, 2]), Film::new([2, 1]));
+        left.put_tile([0, 0], 1, &[[1.0; 4], [2.0; 4]]);
+        right.put_tile([0, 0], 2, &[[3.0; 4], [4.0; 4]]);
+        let both = left.beside(&right);
+        let reds: Vec<f32> = both.pixels().iter().map(|pixel| pixel[0]).collect();
+        assert_eq!((both.size(), reds), ([3, 2], vec![1.0, 3.0, 4.0, 2.0, 0.0, 0.0]));
+    }
 
     #[test]
     fn composites_over_the_background() {

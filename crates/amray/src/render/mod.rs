@@ -17,6 +17,7 @@ mod value_image;
 mod visibility;
 mod walk;
 
+use std::ops::Add;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
@@ -115,6 +116,30 @@ pub struct RenderStatistics {
     pub skipped_length: f64,
 }
 
+impl Add for RenderStatistics {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            rays: self.rays + other.rays,
+            secondary_rays: self.secondary_rays + other.secondary_rays,
+            samples: self.samples + other.samples,
+            interior_samples: self.interior_samples + other.interior_samples,
+            region_visits: self.region_visits + other.region_visits,
+            ray_length: self.ray_length + other.ray_length,
+            skipped_length: self.skipped_length + other.skipped_length,
+        }
+    }
+}
+
+/// What rays have in common with paths: those from the eye and to lights, and samples.
+impl From<PathStatistics> for RenderStatistics {
+    fn from(paths: PathStatistics) -> Self {
+        let PathStatistics { paths: rays, light_rays, samples, .. } = paths;
+        Self { rays, secondary_rays: light_rays, samples, ..Self::default() }
+    }
+}
+
 /// An engine: follows packets of rays, side by side.
 trait Trace: Sync {
     /// Memory that packets use one after the other.
@@ -175,14 +200,6 @@ pub fn render(scene: &Scene, options: &RenderOptions, progress: &(dyn Fn(f64) + 
             progress((finished.fetch_add(1, Ordering::Relaxed) + 1) as f64 / tiles.len() as f64);
             statistics
         })
-        .reduce(RenderStatistics::default, |a, b| RenderStatistics {
-            rays: a.rays + b.rays,
-            secondary_rays: a.secondary_rays + b.secondary_rays,
-            samples: a.samples + b.samples,
-            interior_samples: a.interior_samples + b.interior_samples,
-            region_visits: a.region_visits + b.region_visits,
-            ray_length: a.ray_length + b.ray_length,
-            skipped_length: a.skipped_length + b.skipped_length,
-        });
+        .reduce(RenderStatistics::default, RenderStatistics::add);
     (film.into_inner().unwrap_or_else(PoisonError::into_inner), statistics)
 }
