@@ -1,5 +1,6 @@
 //! The program `amray`: pictures of AMR simulation data from the command line.
 
+mod annotations;
 mod appearance;
 mod bench;
 mod clips;

@@ -52,7 +52,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let data = &arguments.volume.data;
     let output = arguments.picture.output(data, reduction)?;
     let volume = arguments.volume.open()?.volume;
-    let camera = arguments.view.camera(&volume, size)?;
+    let camera = arguments.view.camera(&volume, size, 1.0)?;
     let layout = arguments.layout.layout(&volume);
     let image = with_progress("projecting", |progress| project(&volume, &camera, size, reduction, layout, progress));
     let title = format!("{} ({reduction})", volume.field().name());

@@ -1,9 +1,9 @@
 //! `amray render`: one picture of the volume.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
-use amray::appearance::{Picture, TransferFunction, automatic, color_bar};
+use amray::appearance::{Picture, automatic, color_bar};
 use amray::render::{Engine, Film, PathError, RenderOptions, RenderStatistics};
 use amray::scene::{CameraError, Scene, Shading};
 use amray_formats::FormatError;
@@ -13,6 +13,7 @@ use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use serde::Serialize;
 
+use crate::annotations::{self, AnnotationArguments};
 use crate::appearance::AppearanceArguments;
 use crate::clips::ClipArguments;
 use crate::data::{DataArguments, Opened, VolumeArguments};
@@ -50,6 +51,8 @@ pub(crate) struct Arguments {
     lighting: LightingArguments,
     #[command(flatten)]
     surfaces: SurfaceArguments,
+    #[command(flatten)]
+    annotations: AnnotationArguments,
     #[command(flatten)]
     clips: ClipArguments,
     #[command(flatten)]
@@ -135,6 +138,7 @@ impl Arguments {
             appearance: AppearanceArguments::default(),
             lighting: LightingArguments::default(),
             surfaces: SurfaceArguments::default(),
+            annotations: AnnotationArguments::default(),
             clips: ClipArguments::default(),
             mode: ModeArguments::default(),
             stereo: None,
@@ -149,6 +153,24 @@ impl Arguments {
             repeat: None,
             json: false,
         }
+    }
+
+    /// The background's colour.
+    fn behind(&self) -> [u8; 4] {
+        self.background.map(|channel| (channel * 255.0).round() as u8)
+    }
+
+    /// A scene's film as a picture, with all that explains it.
+    fn drawn(&self, film: &Film, scene: &Scene) -> Picture {
+        let ([width, height], behind) = (film.size(), self.behind());
+        let pixels = film.over(self.background);
+        let mut picture = Picture::from_pixels(width, height, pixels).expect("a film has its size's pixels");
+        self.annotations.draw(&mut picture, scene.volume.hierarchy(), &scene.camera, behind);
+        if self.color_bar {
+            let title = scene.volume.field().name();
+            picture = picture.beside(&color_bar(&scene.transfer_function, title, height, behind), behind);
+        }
+        picture
     }
 }
 
@@ -168,8 +190,9 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     let output = arguments.output.clone().unwrap_or_else(|| PathBuf::from(arguments.volume.data.stem() + ".png"));
     let format = PictureFormat::of(&output)?;
     arguments.mode.check()?;
-    if arguments.color_bar && format != PictureFormat::Png {
-        anyhow::bail!("{}: a colour bar can only be drawn into a .png", output.display());
+    let drawn = [("a colour bar", arguments.color_bar), ("axes", arguments.annotations.axes)];
+    if let Some((what, _)) = drawn.iter().find(|(_, is_drawn)| *is_drawn && format != PictureFormat::Png) {
+        anyhow::bail!("{}: {what} can only be drawn into a .png", output.display());
     }
     // What cannot be written is better known before the work than after it.
     check_writable(&output)?;
@@ -195,7 +218,7 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     let camera = view.map_or_else(|| arguments.view.clone(), |view| arguments.view.or(&view.into()));
     let longest = volume.hierarchy().longest_side();
     let unit_distance = arguments.unit_distance.unwrap_or(longest / automatic::UNIT_DISTANCES);
-    let camera = camera.camera(&volume, size)?;
+    let camera = camera.camera(&volume, size, arguments.annotations.room())?;
     let lighting = arguments.lighting.lighting(&camera, longest, arguments.mode.is_path())?;
     let options = RenderOptions {
         size,
@@ -206,17 +229,24 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         integration: arguments.sampling.preintegrate.into(),
         adaptive: !arguments.sampling.every_cell,
     };
-    if arguments.mode.is_path() && (options.engine == Engine::Query || !arguments.surfaces.is_empty()) {
-        anyhow::bail!("--mode path is for volumes alone: drop --iso, --slice, --mesh and --engine query, or march");
+    let has_surfaces = !arguments.surfaces.is_empty() || arguments.annotations.has_outlines();
+    if arguments.mode.is_path() && (options.engine == Engine::Query || has_surfaces) {
+        anyhow::bail!(
+            "--mode path is for volumes alone: drop surfaces (--iso, --slice, --mesh, outlines and axes) and --engine query, or \
+             march"
+        );
     }
-    let is_plain = lighting.shading == Shading::Emissive && arguments.surfaces.is_empty();
+    let is_plain = lighting.shading == Shading::Emissive && !has_surfaces;
     if options.engine == Engine::Query && !is_plain {
         anyhow::bail!(
             "--engine query draws volumes that glow, and nothing else: drop --shading, --shadows, --ao, --light, --iso, \
-             --slice and --mesh, or march"
+             --slice, --mesh, outlines and axes, or march"
         );
     }
-    let surfaces = arguments.surfaces.surfaces(&volume, &function, &surface_data);
+    let background = arguments.background;
+    let outlines = arguments.annotations.outlines(volume.hierarchy(), &camera, size, background)?;
+    let mut surfaces = arguments.surfaces.surfaces(&volume, &function, &surface_data);
+    surfaces.extend(outlines.as_ref().map(annotations::surface));
     let opacity = if arguments.surfaces.hide_volume { 0.0 } else { arguments.opacity };
     let function = function.scaled_opacity(opacity);
     let clips = arguments.clips.clips(&volume);
@@ -227,11 +257,14 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         with_spinner("preparing", || volume.prepare(layout));
     }
     let prepare_seconds = start.elapsed().as_secs_f64();
-    let (film, statistics, seconds) = frames(&scenes, &options, arguments)?;
+    let (films, statistics, seconds) = frames(&scenes, &options, arguments)?;
+    let film = films.iter().skip(1).fold(films[0].clone(), |left, right| left.beside(right));
     match format {
         PictureFormat::Png => {
-            let bar = arguments.color_bar.then_some(&scene.transfer_function);
-            write_picture(&output, &film, arguments.background, bar, volume.field().name())?;
+            let pictures = films.iter().zip(&scenes).map(|(film, scene)| arguments.drawn(film, scene));
+            let picture = pictures.reduce(|left, right| left.beside(&right, arguments.behind()));
+            let picture = picture.expect("there is a scene for each eye");
+            write_png(&output, [picture.width(), picture.height()], picture.pixels())?;
         }
         PictureFormat::Exr => write_exr(&output, film.size(), film.pixels())?,
         PictureFormat::Npy => write_npy(&output, film.size(), film.pixels())?,
@@ -274,21 +307,22 @@ fn eyes<'a>(scene: &Scene<'a>, stereo: Option<Option<f64>>) -> Result<Vec<Scene<
     Ok(cameras.into_iter().map(|camera| Scene { camera, ..scene.clone() }).collect())
 }
 
-/// Renders one frame or, with `--repeat`, a warm-up and that many frames, of scenes side by side; the last picture and
-/// the seconds of each.
+/// Renders one frame or, with `--repeat`, a warm-up and that many frames, of each scene; the last
+/// pictures and the seconds of each frame.
 fn frames(
     scenes: &[Scene],
     options: &RenderOptions,
     arguments: &Arguments,
-) -> Result<(Film, RenderStatistics, Vec<f64>), PathError> {
+) -> Result<(Vec<Film>, RenderStatistics, Vec<f64>), PathError> {
     let frame = |what: &str| {
         let start = Instant::now();
-        let (mut film, mut statistics) = arguments.mode.film(&scenes[0], options, what)?;
-        for scene in &scenes[1..] {
-            let (right, more) = arguments.mode.film(scene, options, what)?;
-            (film, statistics) = (film.beside(&right), statistics + more);
+        let (mut films, mut statistics) = (Vec::new(), RenderStatistics::default());
+        for scene in scenes {
+            let (film, more) = arguments.mode.film(scene, options, what)?;
+            films.push(film);
+            statistics = statistics + more;
         }
-        Ok::<_, PathError>((film, statistics, start.elapsed().as_secs_f64()))
+        Ok::<_, PathError>((films, statistics, start.elapsed().as_secs_f64()))
     };
     if arguments.repeat.is_some() {
         frame("warm-up")?;
@@ -296,28 +330,12 @@ fn frames(
     let count = usize::from(arguments.repeat.unwrap_or(1));
     let mut all = Vec::with_capacity(count);
     loop {
-        let (film, statistics, seconds) = frame("rendering")?;
+        let (films, statistics, seconds) = frame("rendering")?;
         all.push(seconds);
         if all.len() == count {
-            return Ok((film, statistics, all));
+            return Ok((films, statistics, all));
         }
     }
-}
-
-fn write_picture(
-    path: &Path,
-    film: &Film,
-    background: [f32; 4],
-    bar: Option<&TransferFunction>,
-    title: &str,
-) -> anyhow::Result<()> {
-    let pixels = film.over(background);
-    let Some(function) = bar else { return Ok(write_png(path, film.size(), &pixels)?) };
-    let [width, height] = film.size();
-    let behind = background.map(|channel| (channel * 255.0).round() as u8);
-    let picture = Picture::from_pixels(width, height, pixels).expect("a film has its size's pixels");
-    let joined = picture.beside(&color_bar(function, title, height, behind), behind);
-    Ok(write_png(path, [joined.width(), joined.height()], joined.pixels())?)
 }
 
 #[cfg(test)]

@@ -1,5 +1,7 @@
 //! From where a picture is taken.
 
+use std::array;
+
 use amray::Volume;
 use amray::scene::{Camera, CameraError, Projection, Viewpoint};
 use clap::Args;
@@ -59,13 +61,16 @@ impl ViewArguments {
         }
     }
 
-    /// The camera that looks at `volume` for a picture of `size` pixels.
-    pub(crate) fn camera(&self, volume: &Volume, size: [usize; 2]) -> Result<Camera, CameraError> {
+    /// The camera that looks at `volume` for a picture of `size` pixels; without an eye given, it is `room` times as far
+    /// away as the domain needs.
+    pub(crate) fn camera(&self, volume: &Volume, size: [usize; 2], room: f64) -> Result<Camera, CameraError> {
         let aspect = size[0] as f64 / size[1] as f64;
         let fovy = self.fovy.unwrap_or(FOVY);
         let framing = Viewpoint::framing(volume.hierarchy().bounds(), fovy, aspect);
         let viewpoint = Viewpoint {
-            eye: self.eye.unwrap_or(framing.eye),
+            eye: self.eye.unwrap_or(array::from_fn(|axis| {
+                framing.target[axis] + room * (framing.eye[axis] - framing.target[axis])
+            })),
             target: self.target.unwrap_or(framing.target),
             up: self.up.unwrap_or(framing.up),
             projection: Projection::Perspective { fovy },

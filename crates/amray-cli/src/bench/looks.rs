@@ -46,7 +46,7 @@ impl Views {
     pub(super) fn looks(&self, volume: &Volume, size: [usize; 2]) -> anyhow::Result<Vec<Look>> {
         let unit_distance = volume.hierarchy().longest_side() / automatic::UNIT_DISTANCES;
         let look = |name: &str, transfer_function, view: &ViewArguments| {
-            Ok(Look { name: name.into(), transfer_function, unit_distance, camera: view.camera(volume, size)? })
+            Ok(Look { name: name.into(), transfer_function, unit_distance, camera: view.camera(volume, size, 1.0)? })
         };
         if !self.0.is_empty() {
             let views = self.0.iter();

@@ -75,6 +75,29 @@ impl Picture {
         }
     }
 
+    /// Draws a straight line between two places, in pixels from the top left corner, `width` pixels wide and smooth at its
+    /// edges; what is outside of the picture is lost.
+    pub fn line(&mut self, [from, to]: [[f64; 2]; 2], width: f64, color: [u8; 4]) {
+        let along = [to[0] - from[0], to[1] - from[1]];
+        let square = along[0] * along[0] + along[1] * along[1];
+        let ends = |axis: usize, most: usize| {
+            let reach = width / 2.0 + 1.0;
+            let inside = |place: f64| place.clamp(0.0, most as f64) as usize;
+            inside((from[axis].min(to[axis]) - reach).floor())..inside((from[axis].max(to[axis]) + reach).ceil())
+        };
+        for y in ends(1, self.height) {
+            for x in ends(0, self.width) {
+                let [dx, dy] = [x as f64 + 0.5 - from[0], y as f64 + 0.5 - from[1]];
+                let share = ((dx * along[0] + dy * along[1]) / square.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+                let distance = (dx - share * along[0]).hypot(dy - share * along[1]);
+                let coverage = (width / 2.0 + 0.5 - distance).clamp(0.0, 1.0);
+                if coverage > 0.0 {
+                    self.blend(x, y, color, coverage as f32);
+                }
+            }
+        }
+    }
+
     /// This picture with another one to its right, top to top; `background` where one is less high.
     pub fn beside(&self, right: &Self, background: [u8; 4]) -> Self {
         let mut joined = Self::new(self.width + right.width, self.height.max(right.height), background);
@@ -92,7 +115,7 @@ impl Picture {
 }
 
 /// Black or white, whichever is easier to read on `background`.
-pub(super) fn ink_on([red, green, blue, _]: [u8; 4]) -> [u8; 4] {
+pub(crate) fn ink_on([red, green, blue, _]: [u8; 4]) -> [u8; 4] {
     let luma = 0.299 * f32::from(red) + 0.587 * f32::from(green) + 0.114 * f32::from(blue);
     if luma > 127.5 { [0, 0, 0, 255] } else { [255; 4] }
 }
@@ -123,6 +146,17 @@ mod tests {
         assert_eq!(picture.pixels(), [[255, 0, 0, 128], [128, 0, 128, 255], [255, 0, 0, 128]]);
         picture.blend(0, 0, CLEAR, 1.0);
         assert_eq!(picture.pixels()[0], [255, 0, 0, 128]);
+    }
+
+    #[test]
+    fn lines_go_from_end_to_end() {
+        let white = [255; 4];
+        let mut picture = Picture::new(8, 4, [0, 0, 0, 255]);
+        picture.line([[1.0, 1.5], [20.0, 1.5]], 1.0, white);
+        picture.line([[-5.0, -9.0], [-7.0, f64::NAN]], 1.0, white);
+        let row = |y: usize| &picture.pixels()[8 * y..8 * y + 8];
+        assert!(row(1)[1..].iter().all(|pixel| *pixel == white));
+        assert!(row(0).iter().chain(row(2)).chain(row(3)).all(|pixel| pixel[0] < 8), "{picture:?}");
     }
 
     #[test]

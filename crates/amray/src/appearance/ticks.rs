@@ -4,9 +4,9 @@ use super::Scale;
 
 /// One labelled tick.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Tick {
-    pub(super) value: f64,
-    pub(super) label: String,
+pub(crate) struct Tick {
+    pub(crate) value: f64,
+    pub(crate) label: String,
 }
 
 impl Tick {
@@ -21,7 +21,7 @@ const SINGLE_DIGITS: usize = 6;
 
 /// At most about `most` round values between the ends of a range that the scale can spread: multiples of 1, 2 or 5
 /// times a power of ten, on a log scale decades.
-pub(super) fn ticks(scale: Scale, range: [f64; 2], most: usize) -> Vec<Tick> {
+pub(crate) fn ticks(scale: Scale, range: [f64; 2], most: usize) -> Vec<Tick> {
     let most = most.max(2);
     let mut values = match scale {
         Scale::Linear => linear(range, most),

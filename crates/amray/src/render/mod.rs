@@ -1,5 +1,6 @@
 //! From rays to pixels: emission and absorption along each ray, tile by tile on all cores, into a film.
 
+mod axes;
 mod clip;
 mod film;
 mod frame;
@@ -28,6 +29,7 @@ use crate::scene::Scene;
 use crate::simd::Gather;
 
 pub use crate::layout::{Layout, padded_bytes};
+pub use axes::draw_axes;
 pub use film::Film;
 pub use path::{PathError, PathOptions, PathStatistics, PathTracer};
 pub use project::{Reduction, UnknownReduction, project};

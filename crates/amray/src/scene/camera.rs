@@ -212,6 +212,35 @@ impl Camera {
         DVec3::from_array(self.viewpoint.eye).distance(DVec3::from_array(self.viewpoint.target))
     }
 
+    /// Where a point in world units is in a picture of `size` pixels; none where it is not before the eye, or in a
+    /// panorama.
+    pub fn project(&self, size: [usize; 2], point: [f64; 3]) -> Option<[f64; 2]> {
+        let from_eye = DVec3::from_array(point) - DVec3::from_array(self.viewpoint.eye);
+        let depth = from_eye.dot(self.forward);
+        let per_length = self.pixel_width(size, point).recip();
+        let is_seen = match self.viewpoint.projection {
+            Projection::Perspective { .. } => depth > 0.0,
+            Projection::Orthographic { .. } => true,
+            Projection::Panorama => false,
+        };
+        let right = from_eye.dot(self.right) - depth * self.shear;
+        let [middle, half] = size.map(|pixels| pixels as f64 / 2.0);
+        is_seen.then(|| [middle + right * per_length, half - from_eye.dot(self.up) * per_length])
+    }
+
+    /// How wide a pixel is at a point, in world units; not above 0 at the eye and behind it.
+    pub(crate) fn pixel_width(&self, size: [usize; 2], point: [f64; 3]) -> f64 {
+        let [width, height] = size.map(|pixels| pixels as f64);
+        let from_eye = DVec3::from_array(point) - DVec3::from_array(self.viewpoint.eye);
+        match self.viewpoint.projection {
+            Projection::Perspective { fovy } => {
+                2.0 * (fovy.to_radians() / 2.0).tan() * from_eye.dot(self.forward) / height
+            }
+            Projection::Orthographic { height: picture } => picture / height,
+            Projection::Panorama => from_eye.length() * TAU / width,
+        }
+    }
+
     /// The ray through a point of a picture of `size` pixels (width, height): (0, 0) is the top left corner, pixel
     /// (i, j) has its centre at (i + 1/2, j + 1/2).
     pub fn ray(&self, size: [usize; 2], pixel: [f64; 2]) -> CameraRay {
@@ -337,6 +366,21 @@ mod tests {
         let ray = camera.ray([100, 100], [0.0, 0.0]);
         assert!((ray.start[0] + 10.0).abs() < 1e-9 && (ray.start[1] - 10.0).abs() < 1e-9);
         assert_eq!(ray.direction, [0.0, 0.0, -1.0]);
+    }
+
+    #[test]
+    fn points_are_where_rays_through_them_are() {
+        let size = [90, 60];
+        for viewpoint in [looking_down_z(), looking_down_z().orthographic()] {
+            let camera = Camera::new(viewpoint).unwrap();
+            for camera in camera.stereo_pair(0.7).unwrap().into_iter().chain([camera]) {
+                let CameraRay { start, direction } = camera.ray(size, [70.0, 20.0]);
+                let point = std::array::from_fn(|axis| start[axis] + 7.0 * direction[axis]);
+                let [x, y] = camera.project(size, point).unwrap();
+                assert!((x - 70.0).abs() < 1e-9 && (y - 20.0).abs() < 1e-9, "{x}, {y}");
+            }
+        }
+        assert_eq!(Camera::new(looking_down_z()).unwrap().project(size, [0.0, 0.0, 11.0]), None);
     }
 
     #[test]

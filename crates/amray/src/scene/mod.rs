@@ -4,6 +4,7 @@ mod camera;
 mod clip;
 mod lighting;
 mod look;
+mod outline;
 mod surface;
 
 use crate::Volume;
@@ -14,6 +15,7 @@ pub use camera::{Camera, CameraError, CameraRay, Projection, Viewpoint};
 pub use clip::Clip;
 pub use lighting::{AmbientOcclusion, Light, Lighting, LightingError, Material, SHADOW_LIGHTS, Shading};
 pub use look::{Look, LookError};
+pub use outline::{Outline, level_color, outline_mesh};
 pub use surface::{Paint, Shape, Surface};
 
 /// Everything that decides what a picture shows.

@@ -17,6 +17,8 @@ pub struct Surface<'a> {
     pub opacity: f32,
     /// How it reflects light; without one it shows its colours as they are.
     pub material: Option<Material>,
+    /// Whether it dims light that goes through it.
+    pub casts_shadows: bool,
 }
 
 /// Where a surface is.
@@ -50,16 +52,28 @@ pub enum Paint<'a> {
 impl<'a> Surface<'a> {
     /// An opaque isosurface that reflects light.
     pub fn isosurface(value: f64, paint: Paint<'a>) -> Self {
-        Self { shape: Shape::Isosurface(value), paint, opacity: 1.0, material: Some(Material::default()) }
+        Self {
+            shape: Shape::Isosurface(value),
+            paint,
+            opacity: 1.0,
+            material: Some(Material::default()),
+            casts_shadows: true,
+        }
     }
 
     /// A mesh in its own colours that reflects light.
     pub fn mesh(mesh: &'a Mesh) -> Self {
-        Self { shape: Shape::Mesh(mesh), paint: Paint::Own, opacity: 1.0, material: Some(Material::default()) }
+        Self {
+            shape: Shape::Mesh(mesh),
+            paint: Paint::Own,
+            opacity: 1.0,
+            material: Some(Material::default()),
+            casts_shadows: true,
+        }
     }
 
     /// An opaque slice that shows colours as they are.
     pub fn slice(point: [f64; 3], normal: [f64; 3], paint: Paint<'a>) -> Self {
-        Self { shape: Shape::Slice { point, normal }, paint, opacity: 1.0, material: None }
+        Self { shape: Shape::Slice { point, normal }, paint, opacity: 1.0, material: None, casts_shadows: true }
     }
 }

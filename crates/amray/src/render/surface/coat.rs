@@ -13,6 +13,7 @@ use crate::simd::{Doubles, Floats, Gather, LANES, LaneSet, mask_of};
 pub(super) struct Coat<'a> {
     paint: PreparedPaint<'a>,
     opacity: f32,
+    pub(super) casts_shadows: bool,
     pub(super) material: Option<Material>,
     /// Across it, in world space and of length 1, where that is the same everywhere.
     pub(super) normal: Option<[f32; 3]>,
@@ -53,12 +54,13 @@ impl<'a> Coat<'a> {
             let length = normal.iter().map(|part| part * part).sum::<f64>().sqrt();
             normal.map(|part| (part / length) as f32)
         });
-        Self { paint, opacity: surface.opacity.clamp(0.0, 1.0), material: surface.material, normal }
+        let Surface { opacity, material, casts_shadows, .. } = *surface;
+        Self { paint, opacity: opacity.clamp(0.0, 1.0), casts_shadows, material, normal }
     }
 
     /// How much light the surface lets through where it has a colour.
     pub(super) fn transparency(&self) -> f32 {
-        1.0 - self.opacity
+        if self.casts_shadows { 1.0 - self.opacity } else { 1.0 }
     }
 
     /// The opacity where the surface's own is `alpha`.

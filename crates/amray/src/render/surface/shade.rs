@@ -257,7 +257,8 @@ impl SurfacePlan<'_> {
         let going = lanes_of(clear(simd, *through) & reach.enter[number].simd_lt(reach.leave[number]));
         let mut lanes: [f32; LANES] = (*through).into();
         for lane in (0..LANES).filter(|lane| going >> lane & 1 == 1) {
-            for (mesh, coat) in self.meshes.iter().zip(&self.coats[self.first_mesh()..]) {
+            let meshes = self.meshes.iter().zip(&self.coats[self.first_mesh()..]);
+            for (mesh, coat) in meshes.filter(|(_, coat)| coat.casts_shadows) {
                 let alpha = |hit: &Hit| coat.alpha(hit.color[3]);
                 lanes[lane] *= match mesh.is_opaque {
                     true => f32::from(u8::from(!mesh.mesh.is_hit(&rays[lane]))),
