@@ -6,11 +6,14 @@ use amray::render::draw_axes;
 use amray::scene::{Camera, Outline, Surface, level_color, outline_mesh};
 use amray_mesh::Mesh;
 use clap::Args;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// How wide lines are, in pixels.
 const WIDTH: f64 = 1.5;
 
-#[derive(Clone, Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub(crate) struct AnnotationArguments {
     /// Outline the domain
     #[arg(long)]
@@ -21,9 +24,22 @@ pub(crate) struct AnnotationArguments {
     /// Axes around the domain with ticks in world units (.png), and its outline
     #[arg(long)]
     pub(crate) axes: bool,
+    /// Draw a colour bar beside the picture (.png)
+    #[arg(long)]
+    pub(crate) color_bar: bool,
 }
 
 impl AnnotationArguments {
+    /// All of these and of `others`.
+    pub(crate) fn or(self, others: Self) -> Self {
+        Self {
+            outline: self.outline || others.outline,
+            brick_outlines: self.brick_outlines || others.brick_outlines,
+            axes: self.axes || others.axes,
+            color_bar: self.color_bar || others.color_bar,
+        }
+    }
+
     /// Whether there are lines in the scene.
     pub(crate) fn has_outlines(&self) -> bool {
         self.outline || self.brick_outlines || self.axes

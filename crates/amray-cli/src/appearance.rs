@@ -3,23 +3,29 @@
 use std::path::{Path, PathBuf};
 
 use amray::Volume;
-use amray::appearance::{ColorMap, TransferFunction, UnknownColorMap};
+use amray::appearance::{ColorMap, RangeError, TransferFunction, UnknownColorMap};
 use amray::scene::{Look, LookError};
 use anyhow::bail;
 use clap::Args;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::data::DataArguments;
 use crate::number;
 use crate::progress::with_spinner;
+use crate::scene_file::{Curves, checked};
 
 /// Colours and opacities.
-#[derive(Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub(crate) struct AppearanceArguments {
     /// A colour map, or a transfer function as JSON: ParaView's presets or amray's own points
     #[arg(long, value_name = "NAME|FILE.json", value_parser = source)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     tf: Option<Source>,
     /// The values that the colour map spans [default: what has structure]
     #[arg(long, value_name = "LOW,HIGH", value_parser = number::range, allow_hyphen_values = true)]
+    #[serde(deserialize_with = "checked::range", skip_serializing_if = "Option::is_none")]
     range: Option<[f64; 2]>,
     /// Logarithmic colours and opacities
     #[arg(long)]
@@ -27,10 +33,53 @@ pub(crate) struct AppearanceArguments {
 }
 
 /// What `--tf` names.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
+#[serde(try_from = "serde_json::Value", into = "Kept")]
+#[schemars(with = "Kept")]
 enum Source {
     Map(ColorMap),
     File(PathBuf),
+    Points(TransferFunction),
+}
+
+/// How scene files keep it.
+#[derive(Serialize, JsonSchema)]
+#[serde(untagged)]
+enum Kept {
+    /// A colour map's name, or the path of a file: relative to the scene file.
+    Name(String),
+    Curves(Curves),
+    /// What a transfer function file has in it.
+    #[expect(dead_code, reason = "read, and told by the schema, but written as curves")]
+    File(serde_json::Map<String, serde_json::Value>),
+}
+
+impl From<Source> for Kept {
+    fn from(source: Source) -> Self {
+        match source {
+            Source::Map(map) => Self::Name(map.to_string()),
+            Source::File(path) => Self::Name(path.to_string_lossy().into_owned()),
+            Source::Points(function) => Self::Curves((&function).into()),
+        }
+    }
+}
+
+impl TryFrom<serde_json::Value> for Source {
+    type Error = String;
+
+    fn try_from(value: serde_json::Value) -> Result<Self, String> {
+        match value {
+            serde_json::Value::String(name) => source(&name).map_err(|error| error.to_string()),
+            value if value.get("colors").is_some() => {
+                let curves: Curves = serde_json::from_value(value).map_err(|error| error.to_string())?;
+                curves.function().map(Self::Points).map_err(|error| error.to_string())
+            }
+            value => {
+                let function = TransferFunction::from_json(&value.to_string(), None);
+                function.map(Self::Points).map_err(|error| error.to_string())
+            }
+        }
+    }
 }
 
 fn source(name: &str) -> Result<Source, UnknownColorMap> {
@@ -41,9 +90,22 @@ fn source(name: &str) -> Result<Source, UnknownColorMap> {
 }
 
 impl AppearanceArguments {
-    /// Whether any flag says how values look.
-    pub(crate) fn is_given(&self) -> bool {
-        self.tf.is_some() || self.range.is_some() || self.log
+    /// Exactly this function.
+    pub(crate) fn of(function: TransferFunction) -> Self {
+        Self { tf: Some(Source::Points(function)), range: None, log: false }
+    }
+
+    /// This appearance or, where nothing of it is given, `others`.
+    pub(crate) fn or(self, others: Self) -> Self {
+        if self.tf.is_some() || self.range.is_some() || self.log { self } else { others }
+    }
+
+    /// The transfer function's file.
+    pub(crate) fn path_mut(&mut self) -> Option<&mut PathBuf> {
+        match &mut self.tf {
+            Some(Source::File(path)) => Some(path),
+            Some(Source::Map(_) | Source::Points(_)) | None => None,
+        }
     }
 
     /// The transfer function for `volume`, which is of `data`: the flags', the rest from its leaf cells.
@@ -67,6 +129,7 @@ impl AppearanceArguments {
     ) -> anyhow::Result<TransferFunction> {
         let color_map = match &self.tf {
             Some(Source::File(path)) => return self.of_file(path),
+            Some(Source::Points(function)) => return Ok(self.stretched(function)?),
             Some(Source::Map(map)) => Some(*map),
             None => None,
         };
@@ -82,9 +145,14 @@ impl AppearanceArguments {
         let json = std::fs::read_to_string(path)
             .map_err(|error| anyhow::anyhow!("{name}: cannot read the transfer function: {error}"))?;
         let function = TransferFunction::from_json(&json, None).map_err(|error| anyhow::anyhow!("{name}: {error}"))?;
+        self.stretched(&function).map_err(|error| anyhow::anyhow!("{name}: {error}"))
+    }
+
+    /// A function over the range that is asked for.
+    fn stretched(&self, function: &TransferFunction) -> Result<TransferFunction, RangeError> {
         match self.range {
-            Some(range) => function.rescaled(range).map_err(|error| anyhow::anyhow!("{name}: {error}")),
-            None => Ok(function),
+            Some(range) => function.rescaled(range),
+            None => Ok(function.clone()),
         }
     }
 }

@@ -11,9 +11,12 @@ use amray::index::Index;
 use amray::reconstruction::Method;
 use amray_formats::{DataSet, OpenOptions, find_field, open};
 use clap::Args;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::note;
 use crate::progress::{with_progress, with_spinner};
+use crate::scene_file::checked;
 
 /// Which data to open.
 #[derive(Clone, Debug, Default, Args)]
@@ -39,6 +42,52 @@ pub(crate) struct VolumeArguments {
     /// Let covered cells take the mean of the finer ones
     #[arg(long)]
     pub(crate) restrict: bool,
+}
+
+/// Which data a picture is of.
+#[derive(Clone, Debug, Default, Args, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub(crate) struct DataSection {
+    /// A Chombo HDF5 file, or an AMReX plotfile (the directory or its Header); relative to the scene file.
+    #[arg(skip)]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) path: Option<PathBuf>,
+    /// The field to show [default: the first]
+    #[arg(long, value_name = "NAME")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) field: Option<String>,
+    /// As if levels finer than K did not exist
+    #[arg(long, value_name = "K")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) max_level: Option<usize>,
+    /// Reconstruction: nearest, finest, current, blend, basis, octant or prolong [default: basis]
+    #[arg(long)]
+    #[serde(with = "checked::name", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<String>")]
+    pub(crate) method: Option<Method>,
+    /// Let covered cells take the mean of the finer ones
+    #[arg(long)]
+    pub(crate) restrict: bool,
+}
+
+impl DataSection {
+    /// This section, and where it leaves something open, `others`.
+    pub(crate) fn or(self, others: Self) -> Self {
+        Self {
+            path: self.path.or(others.path),
+            field: self.field.or(others.field),
+            max_level: self.max_level.or(others.max_level),
+            method: self.method.or(others.method),
+            restrict: self.restrict || others.restrict,
+        }
+    }
+
+    /// The volume that is asked for; none where no data are named.
+    pub(crate) fn volume(&self) -> Option<VolumeArguments> {
+        let Self { path, field, max_level, method, restrict } = self.clone();
+        let data = DataArguments { path: path?, max_level };
+        Some(VolumeArguments { data, field, method: method.unwrap_or_default(), restrict })
+    }
 }
 
 /// A volume, and how long it took to get it.

@@ -4,43 +4,74 @@ use std::str::FromStr;
 
 use amray::scene::{AmbientOcclusion, Camera, Light, Lighting, LightingError, Material, Shading};
 use clap::{Args, ValueEnum};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::number;
+use crate::scene_file::{self, checked};
 
 /// Rays around a point go this share of the domain's longest side.
 const OCCLUSION_DISTANCE: f64 = 0.1;
 
 /// Lights, and what they do.
-#[derive(Clone, Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub(crate) struct LightingArguments {
     /// How volumes reflect light: across their gradient, like surfaces, or alike in all directions [default: they glow,
     /// or reflect alike in all directions where there are shadows or occlusion]
     #[arg(long, value_name = "KIND", num_args = 0..=1, default_missing_value = "gradient")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     shading: Option<ShadingName>,
     /// A light: ambient:COLOR, headlight:COLOR, directional:X,Y,Z:COLOR (where it goes) or point:X,Y,Z:COLOR[:REACH]
     /// (from REACH on it falls off by the square of the distance); COLOR is a number or R,G,B. May be repeated
     /// [default: a little ambient light and a headlight or, with shadows, a light from the upper left]
     #[arg(long, value_name = "LIGHT", value_parser = light, allow_hyphen_values = true)]
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     light: Vec<Light>,
     /// Directional and point lights throw shadows
     #[arg(long)]
     shadows: bool,
     /// Ambient occlusion with N rays per point
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[serde(deserialize_with = "checked::count", skip_serializing_if = "Option::is_none")]
     ao: Option<u16>,
     /// How far rays of ambient occlusion go, in world units [default: a tenth of the domain's longest side]
     #[arg(long, value_name = "LENGTH", value_parser = number::positive, requires = "ao")]
+    #[serde(deserialize_with = "checked::positive", skip_serializing_if = "Option::is_none")]
     ao_distance: Option<f64>,
 }
 
 /// How volumes reflect.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 enum ShadingName {
     Gradient,
     Isotropic,
 }
 
 impl LightingArguments {
+    /// These flags, and where they are not given, `others`.
+    pub(crate) fn or(self, others: Self) -> Self {
+        Self {
+            shading: self.shading.or(others.shading),
+            light: scene_file::or(self.light, others.light),
+            shadows: self.shadows || others.shadows,
+            ao: self.ao.or(others.ao),
+            ao_distance: self.ao_distance.or(others.ao_distance),
+        }
+    }
+
+    /// With the lights that were found.
+    pub(crate) fn resolved(&self, lighting: &Lighting) -> Self {
+        let shading = match lighting.shading {
+            // Lights do not matter.
+            Shading::Emissive => return self.clone(),
+            Shading::Isotropic => ShadingName::Isotropic,
+            Shading::Gradient(_) => ShadingName::Gradient,
+        };
+        Self { shading: Some(shading), light: lighting.lights.clone(), ..self.clone() }
+    }
+
     /// The lighting of a picture by `camera` of a domain with the longest side `longest`, in which volumes may be known to
     /// scatter light.
     ///

@@ -16,6 +16,7 @@ mod project;
 mod render;
 mod sample;
 mod sampling;
+mod scene_file;
 mod slice;
 mod surfaces;
 mod value_picture;
@@ -50,6 +51,8 @@ enum Command {
     Slice(slice::Arguments),
     /// Values along rays: column densities, averages, maxima, minima
     Project(project::Arguments),
+    /// The JSON schema of scene files
+    Schema,
     /// Values at given points
     Sample(sample::Arguments),
     /// Frames per second of both engines, per method, level and number of threads
@@ -81,6 +84,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Render(arguments) => render::run(&arguments),
         Command::Slice(arguments) => slice::run(&arguments),
         Command::Project(arguments) => project::run(&arguments),
+        Command::Schema => Ok(print(&scene_file::schema())?),
         Command::Sample(arguments) => sample::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     }

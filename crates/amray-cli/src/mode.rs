@@ -3,25 +3,34 @@
 use amray::render::{Film, PathError, PathOptions, PathTracer, RenderOptions, RenderStatistics, render};
 use amray::scene::Scene;
 use clap::{Args, ValueEnum};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::number;
 use crate::progress::with_progress;
 
-#[derive(Clone, Debug, Default, Args)]
+/// How light goes through the scene.
+#[derive(Clone, Debug, Default, Args, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub(crate) struct ModeArguments {
     /// March along rays, or trace paths of light that is scattered any number of times, --spp of them per pixel
-    #[arg(long, value_name = "MODE", default_value = "march")]
-    mode: Mode,
+    /// [default: march]
+    #[arg(long, value_name = "MODE")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mode: Option<Mode>,
     /// With --mode path, the mean cosine of the angle by which light is turned: between -1, back, and 1, straight on
     /// [default: 0]
     #[arg(long, value_name = "G", value_parser = number::finite, allow_hyphen_values = true)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     anisotropy: Option<f64>,
     /// With --mode path, the share of light that is scattered and not absorbed, 0 to 1, times the colour [default: 1]
     #[arg(long, value_name = "A", value_parser = number::finite)]
+    #[serde(skip_serializing_if = "Option::is_none")]
     albedo: Option<f64>,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 enum Mode {
     #[default]
     March,
@@ -29,9 +38,18 @@ enum Mode {
 }
 
 impl ModeArguments {
+    /// These flags, and where they are not given, `others`.
+    pub(crate) fn or(self, others: Self) -> Self {
+        Self {
+            mode: self.mode.or(others.mode),
+            anisotropy: self.anisotropy.or(others.anisotropy),
+            albedo: self.albedo.or(others.albedo),
+        }
+    }
+
     /// Whether paths are traced.
     pub(crate) fn is_path(&self) -> bool {
-        self.mode == Mode::Path
+        self.mode == Some(Mode::Path)
     }
 
     /// What paths do.
@@ -53,7 +71,7 @@ impl ModeArguments {
         options: &RenderOptions,
         what: &str,
     ) -> Result<(Film, RenderStatistics), PathError> {
-        match self.mode {
+        match self.mode.unwrap_or_default() {
             Mode::March => Ok(with_progress(what, |progress| render(scene, options, progress))),
             Mode::Path => {
                 let usual = PathOptions::default();

@@ -62,6 +62,22 @@ pub(crate) fn color(text: &str) -> Result<[f32; 4], String> {
     Ok(channels.map(|channel| channel as f32))
 }
 
+/// An opacity.
+pub(crate) fn share(opacity: f64) -> Result<f32, String> {
+    match (0.0..=1.0).contains(&opacity) {
+        true => Ok(opacity as f32),
+        false => Err(format!("the opacity is {opacity}, expected a number from 0 to 1")),
+    }
+}
+
+/// A direction across a plane.
+pub(crate) fn normal(normal: [f64; 3]) -> Result<[f64; 3], String> {
+    match normal {
+        [0.0, 0.0, 0.0] => Err("the normal is 0,0,0, expected a vector other than 0".into()),
+        normal => Ok(normal),
+    }
+}
+
 /// The most pixels along a side: a square film of them takes 4 GB of memory, anything larger is a slip.
 pub(crate) const SIZE_LIMIT: usize = 16_384;
 

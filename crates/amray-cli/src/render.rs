@@ -1,11 +1,11 @@
 //! `amray render`: one picture of the volume.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use amray::appearance::{Picture, automatic, color_bar};
 use amray::render::{Engine, Film, PathError, RenderOptions, RenderStatistics};
-use amray::scene::{CameraError, Scene, Shading};
+use amray::scene::{Lighting, Scene, Shading};
 use amray_formats::FormatError;
 use amray_formats::output::check_writable;
 use amray_formats::picture::{PictureFormat, write_exr, write_npy, write_png};
@@ -15,75 +15,37 @@ use serde::Serialize;
 
 use crate::annotations::{self, AnnotationArguments};
 use crate::appearance::AppearanceArguments;
-use crate::clips::ClipArguments;
-use crate::data::{DataArguments, Opened, VolumeArguments};
-use crate::lighting::LightingArguments;
+use crate::data::Opened;
 use crate::mode::ModeArguments;
 use crate::progress::with_spinner;
-use crate::sampling::{LayoutName, SamplingArguments};
-use crate::surfaces::SurfaceArguments;
-use crate::view::ViewArguments;
-use crate::view_file::{View, ViewName};
-use crate::{memory, number, print};
+use crate::sampling::LayoutName;
+use crate::scene_file::SceneDocument;
+use crate::view_file::ViewName;
+use crate::{memory, print};
 
 /// Pixels of a picture, where nothing says so.
 pub(crate) const SIZE: [usize; 2] = [1024; 2];
 const PANORAMA_SIZE: [usize; 2] = [2048, 1024];
 
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub(crate) struct Arguments {
-    #[command(flatten)]
-    volume: VolumeArguments,
+    /// A Chombo HDF5 file, or an AMReX plotfile (the directory or its Header)
+    #[arg(required_unless_present = "scene")]
+    path: Option<PathBuf>,
+    /// A scene file: all that makes a picture, as --save-scene writes it; flags that are given win
+    #[arg(long, value_name = "FILE.json")]
+    scene: Option<PathBuf>,
+    /// Write all that makes the picture into a scene file
+    #[arg(long, value_name = "FILE.json")]
+    save_scene: Option<PathBuf>,
     /// Where to write the picture: .png, .exr or .npy [default: the data's name with .png]
     #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(picture_path))]
     output: Option<PathBuf>,
     /// Field, camera, size and transfer function from a file of views; flags that are given win
     #[arg(long = "view", value_name = "FILE:NAME:TF")]
     view_name: Option<ViewName>,
-    /// Pixels [default: 1024x1024]
-    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = number::size)]
-    size: Option<[usize; 2]>,
     #[command(flatten)]
-    view: ViewArguments,
-    #[command(flatten)]
-    appearance: AppearanceArguments,
-    #[command(flatten)]
-    lighting: LightingArguments,
-    #[command(flatten)]
-    surfaces: SurfaceArguments,
-    #[command(flatten)]
-    annotations: AnnotationArguments,
-    #[command(flatten)]
-    clips: ClipArguments,
-    #[command(flatten)]
-    mode: ModeArguments,
-    /// A pair of pictures for the left and the right eye, side by side, each of --size; SEPARATION is in world units
-    /// [default: a thirtieth of the way to the target]
-    #[arg(long, value_name = "SEPARATION", num_args = 0..=1, value_parser = number::positive)]
-    stereo: Option<Option<f64>>,
-    /// Multiply all opacities
-    #[arg(long, value_name = "A", default_value = "1", value_parser = number::positive)]
-    opacity: f64,
-    /// The length that opacities refer to [default: a hundredth of the domain's longest side]
-    #[arg(long, value_name = "D", value_parser = number::positive)]
-    unit_distance: Option<f64>,
-    /// Samples per cell width along a ray
-    #[arg(long, value_name = "R", default_value = "1", value_parser = number::samples_per_cell)]
-    samples_per_cell: f64,
-    /// Rays per pixel
-    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..))]
-    spp: u16,
-    /// Seed of the noise that hides banding
-    #[arg(long, value_name = "SEED", default_value = "0")]
-    seed: u64,
-    #[command(flatten)]
-    sampling: SamplingArguments,
-    /// What is behind the volume in a .png, each 0 to 1
-    #[arg(long, value_name = "R,G,B[,A]", default_value = "1,1,1", value_parser = number::color)]
-    background: [f32; 4],
-    /// Draw a colour bar beside the picture (.png)
-    #[arg(long)]
-    color_bar: bool,
+    document: SceneDocument,
     /// Render N frames after a warm-up and report the best and the median
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     repeat: Option<u16>,
@@ -129,48 +91,20 @@ pub(crate) struct Report {
 impl Arguments {
     /// What `amray render DATA -o PICTURE` says.
     pub(crate) fn new(data: PathBuf, picture: PathBuf) -> Self {
-        Self {
-            volume: VolumeArguments { data: DataArguments { path: data, max_level: None }, ..Default::default() },
-            output: Some(picture),
-            view_name: None,
-            size: None,
-            view: ViewArguments::default(),
-            appearance: AppearanceArguments::default(),
-            lighting: LightingArguments::default(),
-            surfaces: SurfaceArguments::default(),
-            annotations: AnnotationArguments::default(),
-            clips: ClipArguments::default(),
-            mode: ModeArguments::default(),
-            stereo: None,
-            opacity: 1.0,
-            unit_distance: None,
-            samples_per_cell: 1.0,
-            spp: 1,
-            seed: 0,
-            sampling: SamplingArguments::default(),
-            background: [1.0; 4],
-            color_bar: false,
-            repeat: None,
-            json: false,
-        }
+        Self { path: Some(data), output: Some(picture), ..Self::default() }
     }
 
-    /// The background's colour.
-    fn behind(&self) -> [u8; 4] {
-        self.background.map(|channel| (channel * 255.0).round() as u8)
-    }
-
-    /// A scene's film as a picture, with all that explains it.
-    fn drawn(&self, film: &Film, scene: &Scene) -> Picture {
-        let ([width, height], behind) = (film.size(), self.behind());
-        let pixels = film.over(self.background);
-        let mut picture = Picture::from_pixels(width, height, pixels).expect("a film has its size's pixels");
-        self.annotations.draw(&mut picture, scene.volume.hierarchy(), &scene.camera, behind);
-        if self.color_bar {
-            let title = scene.volume.field().name();
-            picture = picture.beside(&color_bar(&scene.transfer_function, title, height, behind), behind);
+    /// What the flags say, then the view, then the scene file.
+    fn document(&self) -> anyhow::Result<SceneDocument> {
+        let mut document = self.document.clone();
+        document.data.path = self.path.clone();
+        if let Some(view) = &self.view_name {
+            document = document.or(view.read()?.into());
         }
-        picture
+        if let Some(scene) = &self.scene {
+            document = document.or(SceneDocument::read(scene)?);
+        }
+        Ok(document)
     }
 }
 
@@ -187,82 +121,79 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 /// Writes the picture that the flags ask for.
 pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
-    let output = arguments.output.clone().unwrap_or_else(|| PathBuf::from(arguments.volume.data.stem() + ".png"));
+    let mut document = arguments.document()?;
+    let Some(volume_arguments) = document.data.volume() else {
+        let scene = arguments.scene.as_deref().unwrap_or_else(|| Path::new("the scene")).display();
+        anyhow::bail!("{scene}: data.path is missing: add it, or name the data on the command line");
+    };
+    let data = &volume_arguments.data;
+    let output = arguments.output.clone().unwrap_or_else(|| PathBuf::from(data.stem() + ".png"));
     let format = PictureFormat::of(&output)?;
-    arguments.mode.check()?;
-    let drawn = [("a colour bar", arguments.color_bar), ("axes", arguments.annotations.axes)];
+    let drawn = [("a colour bar", document.annotations.color_bar), ("axes", document.annotations.axes)];
     if let Some((what, _)) = drawn.iter().find(|(_, is_drawn)| *is_drawn && format != PictureFormat::Png) {
         anyhow::bail!("{}: {what} can only be drawn into a .png", output.display());
     }
+    document.light_paths.check()?;
     // What cannot be written is better known before the work than after it.
     check_writable(&output)?;
-    let view = arguments.view_name.as_ref().map(ViewName::read).transpose()?;
-    let view = view.as_ref();
-    let size = arguments.size.or(view.and_then(|view| view.size)).unwrap_or(if arguments.view.panorama {
-        PANORAMA_SIZE
-    } else {
-        SIZE
-    });
-    let field = arguments.volume.field.clone().or(view.and_then(|view| view.field.clone()));
-    let opened = VolumeArguments { field, ..arguments.volume.clone() }.open()?;
+    arguments.save_scene.as_deref().map(check_writable).transpose()?;
+    let size = document.picture.size.unwrap_or(if document.camera.panorama { PANORAMA_SIZE } else { SIZE });
+    let opened = volume_arguments.open()?;
     let colors = |data: &_, volume: &_| AppearanceArguments::default().transfer_function(data, volume);
-    let surface_data = arguments.surfaces.data(&arguments.volume, &opened, colors)?;
+    let surface_data = document.surfaces.data(&volume_arguments, &opened, colors)?;
     let Opened { volume, open_seconds, index_seconds, .. } = opened;
     let start = Instant::now();
     with_spinner("value ranges", || volume.ranges());
     let index_seconds = index_seconds + start.elapsed().as_secs_f64();
-    let function = match view {
-        Some(View { transfer_function, .. }) if !arguments.appearance.is_given() => transfer_function.clone(),
-        _ => arguments.appearance.transfer_function(&arguments.volume.data, &volume)?,
-    };
-    let camera = view.map_or_else(|| arguments.view.clone(), |view| arguments.view.or(&view.into()));
+    let function = document.appearance.transfer_function(data, &volume)?;
     let longest = volume.hierarchy().longest_side();
-    let unit_distance = arguments.unit_distance.unwrap_or(longest / automatic::UNIT_DISTANCES);
-    let camera = camera.camera(&volume, size, arguments.annotations.room())?;
-    let lighting = arguments.lighting.lighting(&camera, longest, arguments.mode.is_path())?;
+    let unit_distance = document.picture.unit_distance.unwrap_or(longest / automatic::UNIT_DISTANCES);
+    let camera = document.camera.camera(&volume, size, document.annotations.room())?;
+    let lighting = document.lighting.lighting(&camera, longest, document.light_paths.is_path())?;
     let options = RenderOptions {
         size,
-        samples_per_cell: arguments.samples_per_cell,
-        samples_per_pixel: arguments.spp.into(),
-        seed: arguments.seed,
-        engine: arguments.sampling.engine(&volume),
-        integration: arguments.sampling.preintegrate.into(),
-        adaptive: !arguments.sampling.every_cell,
+        samples_per_cell: document.picture.samples_per_cell.unwrap_or(1.0),
+        samples_per_pixel: document.picture.spp.unwrap_or(1).into(),
+        seed: document.picture.seed.unwrap_or(0),
+        engine: document.sampling.engine(&volume),
+        integration: document.sampling.integration(),
+        adaptive: !document.sampling.every_cell,
     };
-    let has_surfaces = !arguments.surfaces.is_empty() || arguments.annotations.has_outlines();
-    if arguments.mode.is_path() && (options.engine == Engine::Query || has_surfaces) {
-        anyhow::bail!(
-            "--mode path is for volumes alone: drop surfaces (--iso, --slice, --mesh, outlines and axes) and --engine query, or \
-             march"
-        );
+    check_possible(&document, options.engine, &lighting)?;
+    if let Some(path) = &arguments.save_scene {
+        document.data.field = Some(volume.field().name().into());
+        document.data.method = Some(volume.method());
+        document.camera = document.camera.resolved(&camera);
+        document.appearance = AppearanceArguments::of(function.clone());
+        document.lighting = document.lighting.resolved(&lighting);
+        document.picture.size = Some(size);
+        document.picture.unit_distance = Some(unit_distance);
+        document.write(path)?;
     }
-    let is_plain = lighting.shading == Shading::Emissive && !has_surfaces;
-    if options.engine == Engine::Query && !is_plain {
-        anyhow::bail!(
-            "--engine query draws volumes that glow, and nothing else: drop --shading, --shadows, --ao, --light, --iso, \
-             --slice, --mesh, outlines and axes, or march"
-        );
-    }
-    let background = arguments.background;
-    let outlines = arguments.annotations.outlines(volume.hierarchy(), &camera, size, background)?;
-    let mut surfaces = arguments.surfaces.surfaces(&volume, &function, &surface_data);
+    let outlines = document.annotations.outlines(volume.hierarchy(), &camera, size, document.picture.background())?;
+    let mut surfaces = document.surfaces.surfaces(&volume, &function, &surface_data);
     surfaces.extend(outlines.as_ref().map(annotations::surface));
-    let opacity = if arguments.surfaces.hide_volume { 0.0 } else { arguments.opacity };
+    let opacity = if document.surfaces.hide_volume { 0.0 } else { document.picture.opacity.unwrap_or(1.0) };
     let function = function.scaled_opacity(opacity);
-    let clips = arguments.clips.clips(&volume);
+    let clips = document.clips.clips(&volume);
     let scene = Scene { lighting, surfaces, clips, ..Scene::new(&volume, function, unit_distance, camera) };
-    let scenes = eyes(&scene, arguments.stereo)?;
+    let scenes = match document.camera.stereo {
+        None => vec![scene],
+        Some(stereo) => stereo.pair(&camera)?.map(|camera| Scene { camera, ..scene.clone() }).to_vec(),
+    };
     let start = Instant::now();
     if let Engine::March(layout) = options.engine {
         with_spinner("preparing", || volume.prepare(layout));
     }
     let prepare_seconds = start.elapsed().as_secs_f64();
-    let (films, statistics, seconds) = frames(&scenes, &options, arguments)?;
+    let (films, statistics, seconds) = frames(&scenes, &options, (&document.light_paths, arguments.repeat))?;
     let film = films.iter().skip(1).fold(films[0].clone(), |left, right| left.beside(right));
     match format {
         PictureFormat::Png => {
-            let pictures = films.iter().zip(&scenes).map(|(film, scene)| arguments.drawn(film, scene));
-            let picture = pictures.reduce(|left, right| left.beside(&right, arguments.behind()));
+            let behind = document.picture.background();
+            let pictures =
+                films.iter().zip(&scenes).map(|(film, scene)| drawn_film(film, scene, &document.annotations, behind));
+            let picture = pictures.reduce(|left, right| left.beside(&right, bytes(behind)));
             let picture = picture.expect("there is a scene for each eye");
             write_png(&output, [picture.width(), picture.height()], picture.pixels())?;
         }
@@ -297,14 +228,40 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     })
 }
 
-/// How many times as far as its eyes are apart a target is that is looked at comfortably.
-const COMFORTABLE: f64 = 30.0;
+/// Finds out whether what is asked for can be drawn together.
+fn check_possible(document: &SceneDocument, engine: Engine, lighting: &Lighting) -> anyhow::Result<()> {
+    let has_surfaces = !document.surfaces.is_empty() || document.annotations.has_outlines();
+    if document.light_paths.is_path() && (engine == Engine::Query || has_surfaces) {
+        anyhow::bail!(
+            "--mode path is for volumes alone: drop surfaces (--iso, --slice, --mesh, outlines and axes) and --engine \
+             query, or march"
+        );
+    }
+    let is_plain = lighting.shading == Shading::Emissive && !has_surfaces;
+    if engine == Engine::Query && !is_plain {
+        anyhow::bail!(
+            "--engine query draws volumes that glow, and nothing else: drop --shading, --shadows, --ao, --light, --iso, \
+             --slice, --mesh, outlines and axes, or march"
+        );
+    }
+    Ok(())
+}
 
-/// The scene as it is seen: by one eye, or by the left and the right one.
-fn eyes<'a>(scene: &Scene<'a>, stereo: Option<Option<f64>>) -> Result<Vec<Scene<'a>>, CameraError> {
-    let Some(separation) = stereo else { return Ok(vec![scene.clone()]) };
-    let cameras = scene.camera.stereo_pair(separation.unwrap_or(scene.camera.distance() / COMFORTABLE))?;
-    Ok(cameras.into_iter().map(|camera| Scene { camera, ..scene.clone() }).collect())
+/// A scene's film as a picture, with all that explains it.
+fn drawn_film(film: &Film, scene: &Scene, annotations: &AnnotationArguments, background: [f32; 4]) -> Picture {
+    let ([width, height], behind) = (film.size(), bytes(background));
+    let pixels = film.over(background);
+    let mut picture = Picture::from_pixels(width, height, pixels).expect("a film has its size's pixels");
+    annotations.draw(&mut picture, scene.volume.hierarchy(), &scene.camera, behind);
+    if annotations.color_bar {
+        let title = scene.volume.field().name();
+        picture = picture.beside(&color_bar(&scene.transfer_function, title, height, behind), behind);
+    }
+    picture
+}
+
+fn bytes(color: [f32; 4]) -> [u8; 4] {
+    color.map(|channel| (channel * 255.0).round() as u8)
 }
 
 /// Renders one frame or, with `--repeat`, a warm-up and that many frames, of each scene; the last
@@ -312,22 +269,22 @@ fn eyes<'a>(scene: &Scene<'a>, stereo: Option<Option<f64>>) -> Result<Vec<Scene<
 fn frames(
     scenes: &[Scene],
     options: &RenderOptions,
-    arguments: &Arguments,
+    (mode, repeat): (&ModeArguments, Option<u16>),
 ) -> Result<(Vec<Film>, RenderStatistics, Vec<f64>), PathError> {
     let frame = |what: &str| {
         let start = Instant::now();
         let (mut films, mut statistics) = (Vec::new(), RenderStatistics::default());
         for scene in scenes {
-            let (film, more) = arguments.mode.film(scene, options, what)?;
+            let (film, more) = mode.film(scene, options, what)?;
             films.push(film);
             statistics = statistics + more;
         }
         Ok::<_, PathError>((films, statistics, start.elapsed().as_secs_f64()))
     };
-    if arguments.repeat.is_some() {
+    if repeat.is_some() {
         frame("warm-up")?;
     }
-    let count = usize::from(arguments.repeat.unwrap_or(1));
+    let count = usize::from(repeat.unwrap_or(1));
     let mut all = Vec::with_capacity(count);
     loop {
         let (films, statistics, seconds) = frame("rendering")?;

@@ -3,39 +3,51 @@
 use amray::Volume;
 use amray::render::{Engine, Integration, Layout};
 use clap::{Args, ValueEnum};
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
+use crate::scene_file::checked;
 use crate::{memory, number};
 
 /// How rays are sampled.
-#[derive(Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub(crate) struct SamplingArguments {
     /// How rays find their samples: march through regions, or query the tree for every sample (as the paper has it)
-    #[arg(long, value_name = "ENGINE", default_value = "march")]
-    engine: EngineName,
+    /// [default: march]
+    #[arg(long, value_name = "ENGINE")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    engine: Option<EngineName>,
+    /// Where marching has its values.
     #[command(flatten)]
     layout: LayoutArguments,
-    /// Integrate the transfer function between samples, or take it at samples
-    #[arg(long, value_name = "ON|OFF", default_value = "on")]
-    pub(crate) preintegrate: Switch,
+    /// Integrate the transfer function between samples, or take it at samples [default: on]
+    #[arg(long, value_name = "ON|OFF")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    preintegrate: Option<Switch>,
     /// Sample every cell, also where nothing is seen or nothing changes
     #[arg(long)]
     pub(crate) every_cell: bool,
 }
 
 /// Where marching has its values.
-#[derive(Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub(crate) struct LayoutArguments {
     /// Where marching has its values: in a padded copy (fastest), in place, or padded if that fits the memory budget
-    #[arg(long, value_name = "LAYOUT", default_value = "auto")]
-    layout: LayoutChoice,
+    /// [default: auto]
+    #[arg(long, value_name = "LAYOUT")]
+    #[serde(skip_serializing_if = "Option::is_none")]
+    layout: Option<LayoutChoice>,
     /// The most memory, in gigabytes, that a padded copy may take [default: half of what is available]
     #[arg(long, value_name = "GB", value_parser = number::positive)]
+    #[serde(deserialize_with = "checked::positive", skip_serializing_if = "Option::is_none")]
     memory_budget: Option<f64>,
 }
 
 /// A way for rays to find their samples.
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, ValueEnum, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 enum EngineName {
     #[default]
     March,
@@ -43,7 +55,8 @@ enum EngineName {
 }
 
 /// A wish for where values are.
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, ValueEnum, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 enum LayoutChoice {
     #[default]
     Auto,
@@ -52,7 +65,8 @@ enum LayoutChoice {
 }
 
 /// On or off.
-#[derive(Clone, Copy, Debug, Default, ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, ValueEnum, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
 pub(crate) enum Switch {
     #[default]
     On,
@@ -88,9 +102,27 @@ impl From<Engine> for LayoutName {
 }
 
 impl SamplingArguments {
+    /// These flags, and where they are not given, `others`.
+    pub(crate) fn or(self, others: Self) -> Self {
+        Self {
+            engine: self.engine.or(others.engine),
+            layout: LayoutArguments {
+                layout: self.layout.layout.or(others.layout.layout),
+                memory_budget: self.layout.memory_budget.or(others.layout.memory_budget),
+            },
+            preintegrate: self.preintegrate.or(others.preintegrate),
+            every_cell: self.every_cell || others.every_cell,
+        }
+    }
+
+    /// How light follows from samples.
+    pub(crate) fn integration(&self) -> Integration {
+        self.preintegrate.unwrap_or_default().into()
+    }
+
     /// The engine for a volume.
     pub(crate) fn engine(&self, volume: &Volume) -> Engine {
-        match self.engine {
+        match self.engine.unwrap_or_default() {
             EngineName::March => Engine::March(self.layout.layout(volume)),
             EngineName::Query => Engine::Query,
         }
@@ -100,7 +132,7 @@ impl SamplingArguments {
 impl LayoutArguments {
     /// The layout for a volume: without a wish, a padded copy if it fits the budget.
     pub(crate) fn layout(&self, volume: &Volume) -> Layout {
-        match self.layout {
+        match self.layout.unwrap_or_default() {
             LayoutChoice::Padded => return Layout::Padded,
             LayoutChoice::InPlace => return Layout::InPlace,
             LayoutChoice::Auto => {}

@@ -9,65 +9,100 @@ use amray::render::Axis;
 use amray::scene::{Paint, Surface};
 use amray_mesh::{Mesh, files};
 use clap::Args;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::data::{DataArguments, Opened, VolumeArguments};
+use crate::scene_file::{self, checked};
 use crate::{note, number};
 
 /// What else is in the picture.
-#[derive(Clone, Debug, Default, Args)]
+#[derive(Clone, Debug, Default, Args, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
 pub(crate) struct SurfaceArguments {
     /// An isosurface of the field: COLOR is a number for a grey, R,G,B or the name of a field whose colours it has
     /// [default: the transfer function's colour]; OPACITY is 0 to 1 [default: 1]. May be repeated
     #[arg(long = "iso", value_name = "VALUE[:COLOR[:OPACITY]]", value_parser = isosurface, allow_hyphen_values = true)]
+    #[serde(rename = "iso", skip_serializing_if = "Vec::is_empty")]
     isosurfaces: Vec<Isosurface>,
     /// A slice with the field's colours: across AXIS (x, y or z), or with NORMAL X,Y,Z; through a place on the axis or
     /// a point X,Y,Z [default: the middle of the domain]. May be repeated
     #[arg(long = "slice", value_name = "AXIS|NORMAL[:PLACE[:OPACITY]]", value_parser = slice, allow_hyphen_values = true)]
+    #[serde(rename = "slice", skip_serializing_if = "Vec::is_empty")]
     slices: Vec<Slice>,
     /// A surface of triangles (STL, OBJ, PLY or VTP), inside or outside of the domain; COLOR as with --iso [default:
     /// the mesh's own, or white]. May be repeated
     #[arg(long = "mesh", value_name = "FILE[:COLOR[:OPACITY]]", value_parser = mesh)]
+    #[serde(rename = "mesh", skip_serializing_if = "Vec::is_empty")]
     meshes: Vec<MeshFile>,
     /// Show surfaces alone
     #[arg(long)]
     pub(crate) hide_volume: bool,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 struct Isosurface {
     value: f64,
+    #[serde(default, skip_serializing_if = "Color::is_own")]
     color: Color,
+    #[serde(default = "opaque", deserialize_with = "checked::share")]
     opacity: f32,
 }
 
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 struct MeshFile {
+    /// Relative to the scene file.
     path: PathBuf,
+    #[serde(default, skip_serializing_if = "Color::is_own")]
     color: Color,
+    #[serde(default = "opaque", deserialize_with = "checked::share")]
     opacity: f32,
+}
+
+fn opaque() -> f32 {
+    1.0
 }
 
 /// What colour a surface has.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "expected red, green and blue, or the name of a field")]
 enum Color {
     /// The transfer function's, or a mesh's own.
+    #[default]
     Own,
     Plain([f32; 3]),
     OfField(String),
 }
 
-#[derive(Clone, Debug, PartialEq)]
+impl Color {
+    fn is_own(&self) -> bool {
+        *self == Self::Own
+    }
+}
+
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 struct Slice {
+    #[serde(deserialize_with = "checked::normal")]
     normal: [f64; 3],
+    #[serde(default)]
     place: Place,
+    #[serde(default = "opaque", deserialize_with = "checked::share")]
     opacity: f32,
 }
 
 /// Where a plane is.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub(crate) enum Place {
+    /// Through the middle of the domain.
+    #[default]
     Middle,
+    /// Where it cuts an axis through the middle.
     OnAxis(Axis, f64),
+    /// Through a point.
     Through([f64; 3]),
 }
 
@@ -92,6 +127,21 @@ pub(crate) struct SurfaceData {
 }
 
 impl SurfaceArguments {
+    /// These surfaces; of kinds that there are none of, `others`.
+    pub(crate) fn or(self, others: Self) -> Self {
+        Self {
+            isosurfaces: scene_file::or(self.isosurfaces, others.isosurfaces),
+            slices: scene_file::or(self.slices, others.slices),
+            meshes: scene_file::or(self.meshes, others.meshes),
+            hide_volume: self.hide_volume || others.hide_volume,
+        }
+    }
+
+    /// The files of meshes.
+    pub(crate) fn paths_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        self.meshes.iter_mut().map(|mesh| &mut mesh.path)
+    }
+
     /// Whether there are any.
     pub(crate) fn is_empty(&self) -> bool {
         self.isosurfaces.is_empty() && self.slices.is_empty() && self.meshes.is_empty()
@@ -240,9 +290,7 @@ pub(crate) fn plane(across: &str, place: Option<&str>) -> Result<([f64; 3], Plac
     }
     let normal =
         number::list::<3>(across).map_err(|_| format!("{across:?} is no axis x, y or z and no normal x,y,z"))?;
-    if normal == [0.0; 3] {
-        return Err("the normal is 0,0,0, expected a vector other than 0".into());
-    }
+    let normal = number::normal(normal)?;
     let place = match place {
         Some(place) => Place::Through(number::list(place)?),
         None => Place::Middle,
@@ -252,11 +300,7 @@ pub(crate) fn plane(across: &str, place: Option<&str>) -> Result<([f64; 3], Plac
 
 /// An opacity; 1 where it is not given.
 fn share(text: Option<&str>) -> Result<f32, String> {
-    let opacity = text.map_or(Ok(1.0), number::finite)?;
-    match (0.0..=1.0).contains(&opacity) {
-        true => Ok(opacity as f32),
-        false => Err(format!("the opacity is {opacity}, expected a number from 0 to 1")),
-    }
+    number::share(text.map_or(Ok(1.0), number::finite)?)
 }
 
 #[cfg(test)]

@@ -7,7 +7,10 @@ use std::str::FromStr;
 use amray::appearance::TransferFunction;
 use serde_json::{Map, Value, json};
 
+use crate::appearance::AppearanceArguments;
+use crate::data::DataSection;
 use crate::number::SIZE_LIMIT;
+use crate::scene_file::{PictureSection, SceneDocument};
 
 /// What `--view` names: `FILE:NAME:TF`.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -28,6 +31,18 @@ pub(crate) struct View {
     pub(crate) fovy: f64,
     pub(crate) size: Option<[usize; 2]>,
     pub(crate) transfer_function: TransferFunction,
+}
+
+impl From<View> for SceneDocument {
+    fn from(view: View) -> Self {
+        Self {
+            camera: (&view).into(),
+            data: DataSection { field: view.field, ..DataSection::default() },
+            appearance: AppearanceArguments::of(view.transfer_function),
+            picture: PictureSection { size: view.size, ..PictureSection::default() },
+            ..Self::default()
+        }
+    }
 }
 
 impl FromStr for ViewName {

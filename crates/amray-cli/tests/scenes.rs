@@ -153,3 +153,76 @@ fn projections_are_values() {
     let message = misused(directory, &["project", data, "--reduction", "median"]);
     assert!(message.contains("there are integral, average, maximum and minimum"), "{message}");
 }
+
+#[test]
+fn scene_files_give_the_same_picture() {
+    let directory = tempfile::tempdir().unwrap();
+    let directory = directory.path();
+    std::fs::copy(demo(), directory.join("data.hdf5")).unwrap();
+    let mesh = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    std::fs::write(directory.join("triangle.obj"), mesh).unwrap();
+    let everything = [
+        &["--size", "32x24", "--iso", "0.5:1,0,0:0.5", "--slice", "1,1,0:0,0,0:0.5", "--mesh", "triangle.obj"][..],
+        &["--shadows", "--ao", "2", "--cut-box", "0,0,0:1,1,1", "--clip-plane", "-z:0.9", "--outline"],
+        &["--log", "--opacity", "0.7", "--spp", "2", "--seed", "3", "--method", "prolong", "--samples-per-cell", "0.8"],
+    ];
+    let alternatives = [
+        &["--size", "16", "--mode", "path", "--spp", "2", "--albedo", "0.5", "--orthographic"][..],
+        &["--size", "16", "--panorama", "--tf", "magma", "--range", "0.2,0.9"],
+        &["--size", "16", "--stereo", "0.1", "--engine", "query", "--preintegrate", "off"],
+        &["--size", "16", "--max-level", "0", "--layout", "in-place", "--every-cell", "--fovy", "20"],
+    ];
+    let flags = std::iter::once(everything.concat()).chain(alternatives.iter().map(|flags| flags.to_vec()));
+    for flags in flags {
+        let save = ["render", "data.hdf5", "-o", "a.npy", "--save-scene", "scene.json"];
+        prints(directory, &[&save[..], &flags].concat());
+        // From anywhere.
+        let elsewhere = tempfile::tempdir().unwrap();
+        let scene = directory.join("scene.json");
+        prints(elsewhere.path(), &["render", "--scene", scene.to_str().unwrap(), "-o", "b.npy"]);
+        let [first, again] =
+            [directory.join("a.npy"), elsewhere.path().join("b.npy")].map(|path| std::fs::read(path).unwrap());
+        assert!(first == again, "{flags:?}");
+    }
+}
+
+#[test]
+fn flags_win_over_scene_files() {
+    let directory = tempfile::tempdir().unwrap();
+    let directory = directory.path();
+    let data = demo().to_str().unwrap();
+    let scene = format!(r#"{{"version": 1, "data": {{"path": {data:?}}}, "picture": {{"size": [20, 10]}}}}"#);
+    std::fs::write(directory.join("scene.json"), scene).unwrap();
+    prints(directory, &["render", "--scene", "scene.json", "-o", "a.png"]);
+    assert_eq!(png(&directory.join("a.png")).0, [20, 10]);
+    prints(directory, &["render", "--scene", "scene.json", "--size", "12", "-o", "a.png"]);
+    assert_eq!(png(&directory.join("a.png")).0, [12, 12]);
+}
+
+#[test]
+fn wrong_scene_files_are_explained() {
+    let directory = tempfile::tempdir().unwrap();
+    let directory = directory.path();
+    let error = |json: &str| {
+        std::fs::write(directory.join("scene.json"), json).unwrap();
+        fails(directory, &["render", "--scene", "scene.json"])
+    };
+    for (json, expected) in [
+        (r#"{"version": 1}"#, "amray: scene.json: data.path is missing"),
+        (r#"{"version": 7}"#, "amray: scene.json: version: 7 is not known"),
+        (r#"{"version": 1, "camera": {"eye": "here"}}"#, "amray: scene.json: camera.eye: invalid type: string"),
+        (r#"{"version": 1, "data": {"path": "nosuch.hdf5"}}"#, "nosuch.hdf5: "),
+    ] {
+        let line = error(json);
+        assert!(line.contains(expected), "{json}: {line}");
+    }
+    assert!(fails(directory, &["render", "--scene", "none.json"]).contains("none.json: cannot read the scene"));
+    assert!(misused(directory, &["render"]).contains("<PATH>"));
+}
+
+#[test]
+fn the_schema_is_json() {
+    let schema = json(&prints(Path::new("."), &["schema"]));
+    assert_eq!(schema["title"], "amray scene");
+    assert!(schema["properties"]["camera"].is_object());
+}

@@ -6,6 +6,8 @@ use super::Camera;
 
 /// A source of light. Colours are linear factors on what is lit, 1 for as bright as its own colour; they may exceed 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case", deny_unknown_fields))]
 pub enum Light {
     /// From everywhere alike. Ambient occlusion takes from it; to path tracing it is the environment.
     Ambient {
