@@ -10,6 +10,7 @@ mod info;
 mod lighting;
 mod memory;
 mod mode;
+mod movie;
 mod number;
 mod progress;
 mod project;
@@ -18,6 +19,7 @@ mod sample;
 mod sampling;
 mod scene_file;
 mod slice;
+mod stage;
 mod surfaces;
 mod value_picture;
 mod view;
@@ -47,6 +49,8 @@ enum Command {
     Info(info::Arguments),
     /// One picture of the volume
     Render(Box<render::Arguments>),
+    /// A movie: a camera that moves, time steps, or both
+    Movie(Box<movie::Arguments>),
     /// A slice across an axis, with a colour bar
     Slice(slice::Arguments),
     /// Values along rays: column densities, averages, maxima, minima
@@ -82,6 +86,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Render(arguments) => render::run(&arguments),
+        Command::Movie(arguments) => movie::run(&arguments),
         Command::Slice(arguments) => slice::run(&arguments),
         Command::Project(arguments) => project::run(&arguments),
         Command::Schema => Ok(print(&scene_file::schema())?),

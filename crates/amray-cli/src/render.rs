@@ -3,9 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use amray::appearance::{Picture, automatic, color_bar};
-use amray::render::{Engine, Film, PathError, RenderOptions, RenderStatistics};
-use amray::scene::{Lighting, Scene, Shading};
+use amray::render::{Engine, Film, PathError, RenderStatistics};
+use amray::scene::Scene;
 use amray_formats::FormatError;
 use amray_formats::output::check_writable;
 use amray_formats::picture::{PictureFormat, write_exr, write_npy, write_png};
@@ -13,19 +12,11 @@ use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use serde::Serialize;
 
-use crate::annotations::{self, AnnotationArguments};
-use crate::appearance::AppearanceArguments;
-use crate::data::Opened;
-use crate::mode::ModeArguments;
-use crate::progress::with_spinner;
 use crate::sampling::LayoutName;
 use crate::scene_file::SceneDocument;
+use crate::stage::Stage;
 use crate::view_file::ViewName;
 use crate::{memory, print};
-
-/// Pixels of a picture, where nothing says so.
-pub(crate) const SIZE: [usize; 2] = [1024; 2];
-const PANORAMA_SIZE: [usize; 2] = [2048, 1024];
 
 #[derive(Debug, Default, Args)]
 pub(crate) struct Arguments {
@@ -121,13 +112,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
 /// Writes the picture that the flags ask for.
 pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
-    let mut document = arguments.document()?;
-    let Some(volume_arguments) = document.data.volume() else {
+    let document = arguments.document()?;
+    let Some(data) = document.data.volume() else {
         let scene = arguments.scene.as_deref().unwrap_or_else(|| Path::new("the scene")).display();
         anyhow::bail!("{scene}: data.path is missing: add it, or name the data on the command line");
     };
-    let data = &volume_arguments.data;
-    let output = arguments.output.clone().unwrap_or_else(|| PathBuf::from(data.stem() + ".png"));
+    let output = arguments.output.clone().unwrap_or_else(|| PathBuf::from(data.data.stem() + ".png"));
     let format = PictureFormat::of(&output)?;
     let drawn = [("a colour bar", document.annotations.color_bar), ("axes", document.annotations.axes)];
     if let Some((what, _)) = drawn.iter().find(|(_, is_drawn)| *is_drawn && format != PictureFormat::Png) {
@@ -137,76 +127,32 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     // What cannot be written is better known before the work than after it.
     check_writable(&output)?;
     arguments.save_scene.as_deref().map(check_writable).transpose()?;
-    let size = document.picture.size.unwrap_or(if document.camera.panorama { PANORAMA_SIZE } else { SIZE });
-    let opened = volume_arguments.open()?;
-    let colors = |data: &_, volume: &_| AppearanceArguments::default().transfer_function(data, volume);
-    let surface_data = document.surfaces.data(&volume_arguments, &opened, colors)?;
-    let Opened { volume, open_seconds, index_seconds, .. } = opened;
-    let start = Instant::now();
-    with_spinner("value ranges", || volume.ranges());
-    let index_seconds = index_seconds + start.elapsed().as_secs_f64();
-    let function = document.appearance.transfer_function(data, &volume)?;
-    let longest = volume.hierarchy().longest_side();
-    let unit_distance = document.picture.unit_distance.unwrap_or(longest / automatic::UNIT_DISTANCES);
-    let camera = document.camera.camera(&volume, size, document.annotations.room())?;
-    let lighting = document.lighting.lighting(&camera, longest, document.light_paths.is_path())?;
-    let options = RenderOptions {
-        size,
-        samples_per_cell: document.picture.samples_per_cell.unwrap_or(1.0),
-        samples_per_pixel: document.picture.spp.unwrap_or(1).into(),
-        seed: document.picture.seed.unwrap_or(0),
-        engine: document.sampling.engine(&volume),
-        integration: document.sampling.integration(),
-        adaptive: !document.sampling.every_cell,
-    };
-    check_possible(&document, options.engine, &lighting)?;
+    let stage = Stage::open(document, &data)?;
+    let camera = stage.camera()?;
+    let outlines = stage.outlines(&camera)?;
+    let scenes = stage.scenes(camera, outlines.as_ref())?;
     if let Some(path) = &arguments.save_scene {
-        document.data.field = Some(volume.field().name().into());
-        document.data.method = Some(volume.method());
-        document.camera = document.camera.resolved(&camera);
-        document.appearance = AppearanceArguments::of(function.clone());
-        document.lighting = document.lighting.resolved(&lighting);
-        document.picture.size = Some(size);
-        document.picture.unit_distance = Some(unit_distance);
-        document.write(path)?;
+        stage.resolved(&camera)?.write(path)?;
     }
-    let outlines = document.annotations.outlines(volume.hierarchy(), &camera, size, document.picture.background())?;
-    let mut surfaces = document.surfaces.surfaces(&volume, &function, &surface_data);
-    surfaces.extend(outlines.as_ref().map(annotations::surface));
-    let opacity = if document.surfaces.hide_volume { 0.0 } else { document.picture.opacity.unwrap_or(1.0) };
-    let function = function.scaled_opacity(opacity);
-    let clips = document.clips.clips(&volume);
-    let scene = Scene { lighting, surfaces, clips, ..Scene::new(&volume, function, unit_distance, camera) };
-    let scenes = match document.camera.stereo {
-        None => vec![scene],
-        Some(stereo) => stereo.pair(&camera)?.map(|camera| Scene { camera, ..scene.clone() }).to_vec(),
-    };
-    let start = Instant::now();
-    if let Engine::March(layout) = options.engine {
-        with_spinner("preparing", || volume.prepare(layout));
-    }
-    let prepare_seconds = start.elapsed().as_secs_f64();
-    let (films, statistics, seconds) = frames(&scenes, &options, (&document.light_paths, arguments.repeat))?;
+    let prepare_seconds = stage.prepare();
+    let (films, statistics, seconds) = frames(&stage, &scenes, arguments.repeat)?;
     let film = films.iter().skip(1).fold(films[0].clone(), |left, right| left.beside(right));
     match format {
         PictureFormat::Png => {
-            let behind = document.picture.background();
-            let pictures =
-                films.iter().zip(&scenes).map(|(film, scene)| drawn_film(film, scene, &document.annotations, behind));
-            let picture = pictures.reduce(|left, right| left.beside(&right, bytes(behind)));
-            let picture = picture.expect("there is a scene for each eye");
+            let picture = stage.picture(&films, &scenes);
             write_png(&output, [picture.width(), picture.height()], picture.pixels())?;
         }
         PictureFormat::Exr => write_exr(&output, film.size(), film.pixels())?,
         PictureFormat::Npy => write_npy(&output, film.size(), film.pixels())?,
     }
+    let Stage { volume, options, open_seconds, index_seconds, .. } = &stage;
     let mut sorted = seconds.clone();
     sorted.sort_by(f64::total_cmp);
     Ok(Report {
         output,
         size: film.size(),
-        open_seconds,
-        index_seconds,
+        open_seconds: *open_seconds,
+        index_seconds: *index_seconds,
         prepare_seconds,
         layout: options.engine.into(),
         layout_bytes: match options.engine {
@@ -228,57 +174,16 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     })
 }
 
-/// Finds out whether what is asked for can be drawn together.
-fn check_possible(document: &SceneDocument, engine: Engine, lighting: &Lighting) -> anyhow::Result<()> {
-    let has_surfaces = !document.surfaces.is_empty() || document.annotations.has_outlines();
-    if document.light_paths.is_path() && (engine == Engine::Query || has_surfaces) {
-        anyhow::bail!(
-            "--mode path is for volumes alone: drop surfaces (--iso, --slice, --mesh, outlines and axes) and --engine \
-             query, or march"
-        );
-    }
-    let is_plain = lighting.shading == Shading::Emissive && !has_surfaces;
-    if engine == Engine::Query && !is_plain {
-        anyhow::bail!(
-            "--engine query draws volumes that glow, and nothing else: drop --shading, --shadows, --ao, --light, --iso, \
-             --slice, --mesh, outlines and axes, or march"
-        );
-    }
-    Ok(())
-}
-
-/// A scene's film as a picture, with all that explains it.
-fn drawn_film(film: &Film, scene: &Scene, annotations: &AnnotationArguments, background: [f32; 4]) -> Picture {
-    let ([width, height], behind) = (film.size(), bytes(background));
-    let pixels = film.over(background);
-    let mut picture = Picture::from_pixels(width, height, pixels).expect("a film has its size's pixels");
-    annotations.draw(&mut picture, scene.volume.hierarchy(), &scene.camera, behind);
-    if annotations.color_bar {
-        let title = scene.volume.field().name();
-        picture = picture.beside(&color_bar(&scene.transfer_function, title, height, behind), behind);
-    }
-    picture
-}
-
-fn bytes(color: [f32; 4]) -> [u8; 4] {
-    color.map(|channel| (channel * 255.0).round() as u8)
-}
-
 /// Renders one frame or, with `--repeat`, a warm-up and that many frames, of each scene; the last
 /// pictures and the seconds of each frame.
 fn frames(
+    stage: &Stage,
     scenes: &[Scene],
-    options: &RenderOptions,
-    (mode, repeat): (&ModeArguments, Option<u16>),
+    repeat: Option<u16>,
 ) -> Result<(Vec<Film>, RenderStatistics, Vec<f64>), PathError> {
     let frame = |what: &str| {
         let start = Instant::now();
-        let (mut films, mut statistics) = (Vec::new(), RenderStatistics::default());
-        for scene in scenes {
-            let (film, more) = mode.film(scene, options, what)?;
-            films.push(film);
-            statistics = statistics + more;
-        }
+        let (films, statistics) = stage.films(scenes, what)?;
         Ok::<_, PathError>((films, statistics, start.elapsed().as_secs_f64()))
     };
     if repeat.is_some() {

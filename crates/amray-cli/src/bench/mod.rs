@@ -21,8 +21,8 @@ use amray_formats::DataSet;
 
 use crate::data::warnings;
 use crate::progress::{with_progress, with_spinner};
-use crate::render::SIZE;
 use crate::sampling::LayoutName;
+use crate::stage::SIZE;
 use crate::{note, print};
 pub(crate) use arguments::Arguments;
 use frames::{Frames, Pool};

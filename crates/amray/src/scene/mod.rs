@@ -1,6 +1,7 @@
 //! What a picture is made of: the volume, how it looks, and from where it is seen.
 
 mod camera;
+mod camera_path;
 mod clip;
 mod lighting;
 mod look;
@@ -12,6 +13,7 @@ use crate::appearance::TransferFunction;
 
 pub(crate) use camera::PictureRays;
 pub use camera::{Camera, CameraError, CameraRay, Projection, Viewpoint};
+pub use camera_path::{CameraKey, CameraPath, CameraPathError, orbit};
 pub use clip::Clip;
 pub use lighting::{AmbientOcclusion, Light, Lighting, LightingError, Material, SHADOW_LIGHTS, Shading};
 pub use look::{Look, LookError};

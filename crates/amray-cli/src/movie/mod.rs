@@ -1,0 +1,156 @@
+//! `amray movie`: pictures of a moving camera, of time steps, or of both.
+
+mod encoder;
+mod frames;
+mod keys;
+
+use std::path::{Path, PathBuf};
+
+use amray::scene::{Camera, CameraPath, Viewpoint, orbit};
+use amray_formats::picture::write_png;
+use clap::Args;
+use serde_json::json;
+
+use crate::data::absolute;
+use crate::scene_file::SceneDocument;
+use crate::stage::Stage;
+use crate::{number, print};
+
+use encoder::Encoder;
+use frames::Frames;
+
+/// Frames of a movie of one data set.
+const FRAMES: u32 = 120;
+/// A whole turn, in degrees.
+const TURN: f64 = 360.0;
+
+#[derive(Debug, Args)]
+pub(crate) struct Arguments {
+    /// A data set, or several: the steps of a time series, in this order
+    #[arg(required = true)]
+    paths: Vec<PathBuf>,
+    /// Where the movie goes: a .mp4, .mkv or .webm (by ffmpeg), or a directory for numbered pictures
+    #[arg(short, long, value_name = "FILE|DIRECTORY")]
+    output: PathBuf,
+    /// Frames in all [default: one for each data set, 120 for a single one]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    frames: Option<u32>,
+    /// Frames per second
+    #[arg(long, value_name = "F", default_value = "24", value_parser = number::positive)]
+    fps: f64,
+    /// Turn the camera around its target by so many degrees in all [default: 360 for a single data set]
+    #[arg(long, value_name = "DEGREES", num_args = 0..=1, default_missing_value = "360", value_parser = number::finite,
+          allow_hyphen_values = true, conflicts_with = "keys")]
+    orbit: Option<f64>,
+    /// Lead the camera through the keys of a JSON file: [{"time": 0, "eye": [x, y, z], "target": [x, y, z]}, ...], with
+    /// "up" and "fovy" where they are not 0,0,1 and 30; the last key's time is that of the last frame
+    #[arg(long, value_name = "FILE.json")]
+    keys: Option<PathBuf>,
+    /// Begin anew, whatever frames there are of a movie that was stopped
+    #[arg(long)]
+    restart: bool,
+    /// Keep the frames beside the movie
+    #[arg(long)]
+    keep_frames: bool,
+    /// All else that makes the pictures: a scene file; flags that are given win
+    #[arg(long, value_name = "FILE.json")]
+    scene: Option<PathBuf>,
+    #[command(flatten)]
+    document: SceneDocument,
+}
+
+/// How the camera moves.
+enum Motion {
+    /// By so many degrees in all.
+    Orbit(f64),
+    Keys(CameraPath),
+}
+
+impl Motion {
+    /// Where the camera is in a frame of `count`, which starts from a viewpoint.
+    fn camera(&self, start: Viewpoint, frame: u32, count: u32) -> anyhow::Result<Camera> {
+        let (frame, last) = (f64::from(frame), f64::from(count.max(2) - 1));
+        let viewpoint = match self {
+            // After whole turns the first frame comes next, once.
+            Self::Orbit(degrees) if degrees % TURN == 0.0 => orbit(start, degrees * frame / f64::from(count))?,
+            Self::Orbit(degrees) => orbit(start, degrees * frame / last)?,
+            Self::Keys(path) => {
+                let [first, end] = path.times();
+                path.at(first + (end - first) * frame / last)
+            }
+        };
+        Ok(Camera::new(viewpoint)?)
+    }
+}
+
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    let encoder = Encoder::of(&arguments.output, arguments.fps)?;
+    let count = arguments.frames.unwrap_or(match &arguments.paths[..] {
+        [_] => FRAMES,
+        paths => u32::try_from(paths.len())?,
+    });
+    let motion = match (&arguments.keys, arguments.orbit) {
+        (Some(path), _) => Motion::Keys(keys::read(path)?),
+        (None, Some(degrees)) => Motion::Orbit(degrees),
+        (None, None) => Motion::Orbit(if arguments.paths.len() == 1 { TURN } else { 0.0 }),
+    };
+    let mut document = arguments.document.clone();
+    if let Some(scene) = &arguments.scene {
+        document = document.or(SceneDocument::read(scene)?);
+    }
+    document.light_paths.check()?;
+    let directory = encoder.as_ref().map_or(arguments.output.clone(), Encoder::frames_directory);
+    // Looks are those of the first step throughout.
+    let first = open(document, &arguments.paths[0])?;
+    let start = *first.camera()?.viewpoint();
+    let document = first.resolved(&first.camera()?)?;
+    let frames = Frames::open(&directory, &arguments.described(&document, &motion, count)?, arguments.restart)?;
+    let mut step = (0, first);
+    for frame in 0..count {
+        let path = frames.path(frame);
+        if path.exists() {
+            continue;
+        }
+        let number = (u64::from(frame) * arguments.paths.len() as u64 / u64::from(count)) as usize;
+        if step.0 != number {
+            // One step at a time in memory.
+            drop(step);
+            step = (number, open(document.clone(), &arguments.paths[number])?);
+        }
+        let stage = &step.1;
+        let camera = motion.camera(start, frame, count)?;
+        let outlines = stage.outlines(&camera)?;
+        let scenes = stage.scenes(camera, outlines.as_ref())?;
+        stage.prepare();
+        let (films, _) = stage.films(&scenes, &format!("{}/{count}", frame + 1))?;
+        let picture = stage.picture(&films, &scenes);
+        write_png(&path, [picture.width(), picture.height()], picture.pixels())?;
+    }
+    if let Some(encoder) = encoder {
+        encoder.encode(&frames)?;
+        if !arguments.keep_frames {
+            frames.remove(count)?;
+        }
+    }
+    Ok(print(&format!("{}\n", arguments.output.display()))?)
+}
+
+impl Arguments {
+    /// What frames depend on, as JSON.
+    fn described(&self, document: &SceneDocument, motion: &Motion, count: u32) -> anyhow::Result<String> {
+        let paths: Vec<PathBuf> = self.paths.iter().map(|path| absolute(path)).collect();
+        let motion = match motion {
+            Motion::Orbit(degrees) => json!({ "orbit": degrees }),
+            Motion::Keys(path) => json!({ "keys": format!("{path:?}") }),
+        };
+        let described = json!({ "frames": count, "paths": paths, "motion": motion, "scene": document });
+        Ok(serde_json::to_string_pretty(&described)? + "\n")
+    }
+}
+
+/// Opens a step.
+fn open(mut document: SceneDocument, path: &Path) -> anyhow::Result<Stage> {
+    document.data.path = Some(path.into());
+    let data = document.data.volume().expect("the path has just been set");
+    Stage::open(document, &data)
+}
