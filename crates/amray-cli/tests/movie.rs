@@ -85,6 +85,7 @@ fn cameras_go_from_key_to_key() {
 }
 
 #[test]
+#[allow(clippy::print_stderr)] // A skipped test must say so.
 fn movie_files_need_ffmpeg() {
     let directory = tempfile::tempdir().unwrap();
     let directory = directory.path();

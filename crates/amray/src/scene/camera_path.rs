@@ -220,7 +220,7 @@ mod tests {
                 assert!((0..9).all(|part| (before[part] - behind[part]).abs() < 1e-3), "{before:?}, {behind:?}");
             }
         }
-        assert_eq!(path.at(-9.0), path.keys[0].viewpoint);
+        assert_eq!(path.at(-9.0), path.at(-1.0));
         assert_eq!(path.at(9.0), path.keys[3].viewpoint);
     }
 

@@ -144,7 +144,8 @@ mod tests {
         let size = [300, 200];
         let corners = [[-1.0, -2.0, -3.0], [1.0, 2.0, 4.0]];
         let framing = Viewpoint::framing(corners, 40.0, 1.5);
-        let inside = Viewpoint { eye: [0.2, 0.1, 0.3], target: [1.0, 0.5, 0.7], ..framing };
+        let projection = Projection::Perspective { fovy: 110.0 };
+        let inside = Viewpoint { eye: [0.2, 0.1, 0.3], target: [1.0, 0.5, 0.7], projection, ..framing };
         for viewpoint in [framing, framing.orthographic(), inside] {
             let camera = Camera::new(viewpoint).unwrap();
             let mesh = outline_mesh(&[Outline { corners, color: [1.0; 3], rank: 1 }], &camera, size, 3.0);
@@ -155,9 +156,14 @@ mod tests {
                 let [Some(a), Some(b)] = [0, 1].map(|number| camera.project(size, pair[number])) else { continue };
                 let middle = [(a[0] + b[0]) / 2.0 / 300.0, (a[1] + b[1]) / 2.0 / 200.0];
                 if middle.iter().all(|share| (0.0..1.0).contains(share)) {
-                    // A ribbon faces the eye, not the picture: off the middle it is a little wider.
-                    let width = (a[0] - b[0]).hypot(a[1] - b[1]);
-                    assert!((2.9..3.6).contains(&width), "{width} at {middle:?}");
+                    // A ribbon faces the eye, not the picture: off the middle it may be wider.
+                    let from_middle = ((middle[0] - 0.5) * 1.5).hypot(middle[1] - 0.5);
+                    let tangent = match viewpoint.projection {
+                        Projection::Perspective { fovy } => 2.0 * (fovy.to_radians() / 2.0).tan() * from_middle,
+                        _ => 0.0,
+                    };
+                    let (width, most) = ((a[0] - b[0]).hypot(a[1] - b[1]), 3.01 * tangent.hypot(1.0));
+                    assert!((2.99..most).contains(&width), "{width} and not up to {most} at {middle:?}");
                     ends += 1;
                 }
             }

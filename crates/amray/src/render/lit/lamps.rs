@@ -129,21 +129,26 @@ impl Lamps {
                 Source::Near(place, reach) => self.toward(simd, &reflector.place, place, reach),
             };
             let arrives = lamp.shadow.map_or(falloff, |light| falloff * arriving.direct[light]);
-            let cosine = dot(&reflector.normal, &toward);
-            // Both sides of a surface reflect, but not what comes from behind it.
-            let front = (cosine * facing).simd_ge(zero);
-            let cosine = front.select(cosine.abs(), zero);
+            // Of the light and of the middle between it and the eye: light from the eye has both in one.
+            let (mut cosine, mut middle) = (facing.abs(), facing.abs());
+            if !matches!(lamp.source, Source::Eye) {
+                cosine = dot(&reflector.normal, &toward);
+                // Both sides of a surface reflect, but not what comes from behind it.
+                let front = (cosine * facing).simd_ge(zero);
+                cosine = front.select(cosine.abs(), zero);
+                if specular > 0.0 {
+                    let mut half = toward;
+                    for axis in 0..3 {
+                        half[axis] += reflector.view[axis];
+                    }
+                    let length = dot(&half, &half).max(Floats::splat(simd, f32::MIN_POSITIVE)).sqrt();
+                    middle = front.select((dot(&reflector.normal, &half) / length).abs(), zero);
+                }
+            }
             let share = strength.mul_add(cosine.mul_add(Floats::splat(simd, diffuse), -one), one) * arrives;
             let mut highlight = zero;
             if specular > 0.0 {
-                let mut half = toward;
-                for axis in 0..3 {
-                    half[axis] += reflector.view[axis];
-                }
-                let length = dot(&half, &half).max(Floats::splat(simd, f32::MIN_POSITIVE)).sqrt();
-                let cosine = (dot(&reflector.normal, &half) / length).abs().max(Floats::splat(simd, 1e-6));
-                let power = exp2(simd, log2(simd, cosine) * Floats::splat(simd, specular_power));
-                highlight = front.select(power * strength * opacity * arrives, zero) * specular;
+                highlight = powered(simd, middle, specular_power) * strength * opacity * arrives * specular;
             }
             for channel in 0..3 {
                 let reflected = color[channel].mul_add(share, highlight);
@@ -180,17 +185,16 @@ impl Lamps {
 }
 
 impl<S: Gather> Reflector<S> {
-    /// Points of a volume on a packet's rays, in cells of the finest level, where the transfer function's position has a
+    /// Points of a volume, in cells of the finest level, seen from these directions of length 1, where the transfer function's position has a
     /// gradient per longest side of the domain; where it is 0, they reflect alike in all directions.
     #[inline(always)]
     pub(super) fn of_volume(
         simd: S,
-        packet: &Packet<S>,
+        view: [Floats<S>; 3],
         lamps: &Lamps,
         place: [Doubles<S>; 3],
         gradient: [Floats<S>; 3],
     ) -> Self {
-        let view = lamps.view(simd, packet);
         let (normal, square) = toward(simd, &view, gradient);
         let half = Floats::splat(simd, HALF_GRADIENT * HALF_GRADIENT);
         Self { material: lamps.material, place, view, normal, strength: square / (square + half) }
@@ -211,9 +215,14 @@ impl<S: Gather> Reflector<S> {
 }
 
 impl Lamps {
+    /// Whether it matters where points are: not for light from the eye and from far away.
+    pub(super) fn need_places(&self) -> bool {
+        self.lamps.iter().any(|lamp| matches!(lamp.source, Source::Near(..)))
+    }
+
     /// Directions to the eye.
     #[inline(always)]
-    fn view<S: Gather>(&self, simd: S, packet: &Packet<S>) -> [Floats<S>; 3] {
+    pub(super) fn view<S: Gather>(&self, simd: S, packet: &Packet<S>) -> [Floats<S>; 3] {
         let mut view = [Floats::splat(simd, 0.0); 3];
         for axis in 0..3 {
             view[axis] = packet.direction[axis].to_floats() * Floats::splat(simd, -self.cell_size[axis] as f32);
@@ -253,6 +262,20 @@ fn toward<S: Gather>(simd: S, side: &[Floats<S>; 3], directions: [Floats<S>; 3])
         normal[axis] = inverse.simd_eq(zero).select(zero, normal[axis] * inverse);
     }
     (normal, square)
+}
+
+/// Numbers from 0 to 1 to a power above 0, by squaring where that is enough.
+#[inline(always)]
+fn powered<S: Gather>(simd: S, mut base: Floats<S>, power: f32) -> Floats<S> {
+    for squarings in 0..8 {
+        if power == (1 << squarings) as f32 {
+            for _ in 0..squarings {
+                base *= base;
+            }
+            return base;
+        }
+    }
+    exp2(simd, log2(simd, base.max(Floats::splat(simd, 1e-6))) * Floats::splat(simd, power))
 }
 
 #[inline(always)]

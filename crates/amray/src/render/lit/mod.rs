@@ -42,7 +42,21 @@ impl<M: Sloped, O: Occluders> Trace for LitMarch<'_, M, O> {
     ) {
         let Self { march, lamps, shadows } = self;
         let inner = RenderStatistics::default();
-        let mut lit = Lit { lamps, shadows: *shadows, here: None, packets, stack: inner_stack, statistics: inner };
+        let mut views = [lamps.view(simd, &packets[0]); PACKETS];
+        for packet in 1..PACKETS {
+            views[packet] = lamps.view(simd, &packets[packet]);
+        }
+        let need_places = shadows.is_some() || lamps.need_places();
+        let mut lit = Lit {
+            lamps,
+            shadows: *shadows,
+            here: None,
+            packets,
+            views,
+            need_places,
+            stack: inner_stack,
+            statistics: inner,
+        };
         march.collect(simd, packets, span, (&mut lit, lights), stack, statistics);
         statistics.secondary_rays += lit.statistics.secondary_rays;
         statistics.samples += lit.statistics.samples;
@@ -56,6 +70,10 @@ struct Lit<'a, S: Gather, O> {
     /// The light in the part of the volume that rays are in.
     here: Option<&'a LightHere>,
     packets: &'a Packets<S>,
+    /// Toward the eye.
+    views: [[Floats<S>; 3]; PACKETS],
+    /// Whether it matters where points are.
+    need_places: bool,
     stack: &'a mut Stack<S>,
     statistics: RenderStatistics,
 }
@@ -122,7 +140,7 @@ impl<S: Gather, O: Occluders> Lit<'_, S, O> {
             #[inline(always)]
             || {
                 let packet = &self.packets[number];
-                let place = packet.at(at);
+                let place = if self.need_places { packet.at(at) } else { packet.start };
                 let mut arriving = match self.here {
                     Some(light) => light.arriving(simd, &place),
                     None => Arriving::all(simd),
@@ -134,7 +152,7 @@ impl<S: Gather, O: Occluders> Lit<'_, S, O> {
                         arriving = lattices.elsewhere(simd, &place, outside, arriving);
                     }
                 }
-                let reflector = Reflector::of_volume(simd, packet, self.lamps, place, gradient);
+                let reflector = Reflector::of_volume(simd, self.views[number], self.lamps, place, gradient);
                 self.lamps.reflect(simd, &reflector, &arriving, (color, opacity))
             },
         )
