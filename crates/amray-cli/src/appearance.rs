@@ -72,7 +72,7 @@ impl TryFrom<serde_json::Value> for Source {
             serde_json::Value::String(name) => source(&name).map_err(|error| error.to_string()),
             value if value.get("colors").is_some() => {
                 let curves: Curves = serde_json::from_value(value).map_err(|error| error.to_string())?;
-                curves.function().map(Self::Points).map_err(|error| error.to_string())
+                curves.function().map(Self::Points)
             }
             value => {
                 let function = TransferFunction::from_json(&value.to_string(), None);

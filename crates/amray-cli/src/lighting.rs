@@ -5,7 +5,8 @@ use std::str::FromStr;
 use amray::scene::{AmbientOcclusion, Camera, Light, Lighting, LightingError, Material, Shading};
 use clap::{Args, ValueEnum};
 use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::number;
 use crate::scene_file::{self, checked};
@@ -26,14 +27,14 @@ pub(crate) struct LightingArguments {
     /// (from REACH on it falls off by the square of the distance); COLOR is a number or R,G,B. May be repeated
     /// [default: a little ambient light and a headlight or, with shadows, a light from the upper left]
     #[arg(long, value_name = "LIGHT", value_parser = light, allow_hyphen_values = true)]
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(deserialize_with = "lights", skip_serializing_if = "Vec::is_empty")]
     light: Vec<Light>,
     /// Directional and point lights throw shadows
     #[arg(long)]
     shadows: bool,
     /// Ambient occlusion with N rays per point
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    #[serde(deserialize_with = "checked::count", skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "checked::count::<1024, _>", skip_serializing_if = "Option::is_none")]
     ao: Option<u16>,
     /// How far rays of ambient occlusion go, in world units [default: a tenth of the domain's longest side]
     #[arg(long, value_name = "LENGTH", value_parser = number::positive, requires = "ao")]
@@ -69,7 +70,8 @@ impl LightingArguments {
             Shading::Isotropic => ShadingName::Isotropic,
             Shading::Gradient(_) => ShadingName::Gradient,
         };
-        Self { shading: Some(shading), light: lighting.lights.clone(), ..self.clone() }
+        let ao_distance = lighting.ambient_occlusion.map(|occlusion| occlusion.distance);
+        Self { shading: Some(shading), light: lighting.lights.clone(), ao_distance, ..self.clone() }
     }
 
     /// The lighting of a picture by `camera` of a domain with the longest side `longest`, in which volumes may be known to
@@ -97,6 +99,14 @@ impl LightingArguments {
         let lighting = Lighting { lights, shading, shadows: self.shadows, ambient_occlusion };
         lighting.check().map(|()| lighting)
     }
+}
+
+/// Lights of a scene file that can be.
+fn lights<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<Light>, D::Error> {
+    let lights = Vec::<Light>::deserialize(deserializer)?;
+    let lighting = Lighting { lights, ..Lighting::default() };
+    lighting.check().map_err(D::Error::custom)?;
+    Ok(lighting.lights)
 }
 
 /// `KIND:...` as in the help of `--light`.

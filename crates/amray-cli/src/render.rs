@@ -94,6 +94,11 @@ impl Arguments {
         }
         if let Some(scene) = &self.scene {
             document = document.or(SceneDocument::read(scene)?);
+            if let (None, Some(path)) = (&self.path, &document.data.path)
+                && !path.exists()
+            {
+                anyhow::bail!("{}: data.path: there is no {}", scene.display(), path.display());
+            }
         }
         Ok(document)
     }

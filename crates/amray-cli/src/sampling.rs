@@ -115,6 +115,17 @@ impl SamplingArguments {
         }
     }
 
+    /// With the engine that was chosen.
+    pub(crate) fn resolved(&self, engine: Engine) -> Self {
+        let (engine, layout) = match engine {
+            Engine::March(Layout::Padded) => (EngineName::March, Some(LayoutChoice::Padded)),
+            Engine::March(Layout::InPlace) => (EngineName::March, Some(LayoutChoice::InPlace)),
+            Engine::Query => (EngineName::Query, None),
+        };
+        let layout = LayoutArguments { layout, memory_budget: None };
+        Self { engine: Some(engine), layout, preintegrate: Some(self.preintegrate.unwrap_or_default()), ..self.clone() }
+    }
+
     /// How light follows from samples.
     pub(crate) fn integration(&self) -> Integration {
         self.preintegrate.unwrap_or_default().into()

@@ -78,8 +78,8 @@ impl Stage {
         document.camera = document.camera.resolved(camera);
         document.appearance = AppearanceArguments::of(self.function.clone());
         document.lighting = document.lighting.resolved(&self.lighting(camera)?);
-        document.picture.size = Some(self.options.size);
-        document.picture.unit_distance = Some(self.unit_distance);
+        document.picture = document.picture.resolved(self.options.size, self.unit_distance);
+        document.sampling = document.sampling.resolved(self.options.engine);
         Ok(document)
     }
 

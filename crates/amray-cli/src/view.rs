@@ -37,7 +37,7 @@ pub(crate) struct ViewArguments {
     fovy: Option<f64>,
     /// Parallel rays instead of perspective; the target keeps its size
     #[arg(long)]
-    orthographic: bool,
+    pub(crate) orthographic: bool,
     /// All around the eye: a picture twice as wide as high, as viewers of panoramas expect it. Give it an --eye inside
     #[arg(long, conflicts_with_all = ["orthographic", "fovy"])]
     pub(crate) panorama: bool,
@@ -97,18 +97,20 @@ impl ViewArguments {
     /// A camera as it was found.
     pub(crate) fn resolved(&self, camera: &Camera) -> Self {
         let Viewpoint { eye, target, up, .. } = *camera.viewpoint();
-        Self { eye: Some(eye), target: Some(target), up: Some(up), ..self.clone() }
+        let fovy = if self.panorama { None } else { Some(self.fovy.unwrap_or(FOVY)) };
+        Self { eye: Some(eye), target: Some(target), up: Some(up), fovy, ..self.clone() }
     }
 
     /// These flags, and where they are not given, `others`.
     pub(crate) fn or(&self, others: &Self) -> Self {
+        let projection = if self.orthographic || self.panorama { self } else { others };
         Self {
             eye: self.eye.or(others.eye),
             target: self.target.or(others.target),
             up: self.up.or(others.up),
             fovy: self.fovy.or(others.fovy),
-            orthographic: self.orthographic || others.orthographic,
-            panorama: self.panorama || others.panorama,
+            orthographic: projection.orthographic,
+            panorama: projection.panorama,
             stereo: self.stereo.or(others.stereo),
         }
     }

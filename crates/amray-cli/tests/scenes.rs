@@ -197,6 +197,14 @@ fn flags_win_over_scene_files() {
     assert_eq!(png(&directory.join("a.png")).0, [20, 10]);
     prints(directory, &["render", "--scene", "scene.json", "--size", "12", "-o", "a.png"]);
     assert_eq!(png(&directory.join("a.png")).0, [12, 12]);
+    // One projection replaces the other.
+    let scene = format!(r#"{{"version": 1, "data": {{"path": {data:?}}}, "camera": {{"panorama": true}}}}"#);
+    std::fs::write(directory.join("around.json"), scene).unwrap();
+    let parallel = ["--size", "12", "--orthographic", "-o"];
+    prints(directory, &[&["render", "--scene", "around.json"], &parallel[..], &["b.npy"]].concat());
+    prints(directory, &[&["render", data], &parallel[..], &["c.npy"]].concat());
+    let [found, expected] = ["b.npy", "c.npy"].map(|name| std::fs::read(directory.join(name)).unwrap());
+    assert!(found == expected);
 }
 
 #[test]
@@ -211,7 +219,7 @@ fn wrong_scene_files_are_explained() {
         (r#"{"version": 1}"#, "amray: scene.json: data.path is missing"),
         (r#"{"version": 7}"#, "amray: scene.json: version: 7 is not known"),
         (r#"{"version": 1, "camera": {"eye": "here"}}"#, "amray: scene.json: camera.eye: invalid type: string"),
-        (r#"{"version": 1, "data": {"path": "nosuch.hdf5"}}"#, "nosuch.hdf5: "),
+        (r#"{"version": 1, "data": {"path": "nosuch.hdf5"}}"#, "amray: scene.json: data.path: there is no "),
     ] {
         let line = error(json);
         assert!(line.contains(expected), "{json}: {line}");

@@ -101,9 +101,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     document.light_paths.check()?;
     let directory = encoder.as_ref().map_or(arguments.output.clone(), Encoder::frames_directory);
     // Looks are those of the first step throughout.
+    let sampling = document.sampling.clone();
     let first = open(document, &arguments.paths[0])?;
     let start = *first.camera()?.viewpoint();
-    let document = first.resolved(&first.camera()?)?;
+    // Not so how values lie: a later step may be larger.
+    let document = SceneDocument { sampling, ..first.resolved(&first.camera()?)? };
     let frames = Frames::open(&directory, &arguments.described(&document, &motion, count)?, arguments.restart)?;
     let mut step = (0, first);
     for frame in 0..count {

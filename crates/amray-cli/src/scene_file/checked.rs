@@ -6,15 +6,7 @@ use std::str::FromStr;
 use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serializer};
 
-use super::VERSION;
 use crate::number;
-
-pub(super) fn version<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
-    match u32::deserialize(deserializer)? {
-        VERSION => Ok(VERSION),
-        version => Err(D::Error::custom(format!("{version} is not known, expected {VERSION}"))),
-    }
-}
 
 /// What a flag's parser makes of numbers.
 fn by<'de, D: Deserializer<'de>, V: Deserialize<'de>, T>(
@@ -52,12 +44,14 @@ pub(crate) fn color<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option
 }
 
 pub(crate) fn size<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<[usize; 2]>, D::Error> {
-    by(deserializer, |size: Vec<usize>| listed(size, "x"), number::size)
+    by(deserializer, |size: [usize; 2]| listed(size.to_vec(), "x"), number::size)
 }
 
-pub(crate) fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u16>, D::Error> {
+pub(crate) fn count<'de, const MOST: u16, D: Deserializer<'de>>(deserializer: D) -> Result<Option<u16>, D::Error> {
     match Option::<u16>::deserialize(deserializer)? {
-        Some(0) => Err(D::Error::custom("expected a whole number from 1 to 65535")),
+        Some(count) if !(1..=MOST).contains(&count) => {
+            Err(D::Error::custom(format!("{count}, expected a whole number from 1 to {MOST}")))
+        }
         count => Ok(count),
     }
 }

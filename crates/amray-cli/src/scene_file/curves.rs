@@ -1,6 +1,6 @@
 //! Transfer functions in scene files: all their points, so that nothing is lost.
 
-use amray::appearance::{ColorPoint, Opacity, OpacityPoint, Scale, TransferFunction, TransferFunctionError};
+use amray::appearance::{ColorPoint, Opacity, OpacityPoint, Scale, TransferFunction};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -35,16 +35,17 @@ impl From<&TransferFunction> for Curves {
 
 impl Curves {
     /// The transfer function with these curves; opaque where they tell no opacities.
-    pub(crate) fn function(&self) -> Result<TransferFunction, TransferFunctionError> {
+    pub(crate) fn function(&self) -> Result<TransferFunction, String> {
         let scale = if self.log { Scale::Log10 } else { Scale::Linear };
         let colors = self.colors.iter().map(|&(value, r, g, b)| ColorPoint { value, color: [r, g, b] }).collect();
         let points =
             |points: &[[f64; 2]]| points.iter().map(|&[value, opacity]| OpacityPoint { value, opacity }).collect();
         let opacity = match (&self.opacities, &self.extinctions) {
-            (_, Some(extinctions)) => Opacity::Extinction(points(extinctions)),
+            (Some(_), Some(_)) => return Err("extinctions beside opacities, expected one of them".into()),
+            (None, Some(extinctions)) => Opacity::Extinction(points(extinctions)),
             (Some(opacities), None) => Opacity::PerUnitDistance(points(opacities)),
             (None, None) => Opacity::PerUnitDistance(points(&[[1.0; 2]])),
         };
-        TransferFunction::new(scale, colors, opacity)
+        TransferFunction::new(scale, colors, opacity).map_err(|error| error.to_string())
     }
 }

@@ -38,7 +38,6 @@ const VERSION: u32 = 1;
 pub(crate) struct SceneDocument {
     /// Of the document: 1.
     #[arg(skip)]
-    #[serde(deserialize_with = "checked::version")]
     #[schemars(required, range(min = 1, max = 1))]
     pub(crate) version: u32,
     /// Which data.
@@ -92,10 +91,20 @@ impl SceneDocument {
     fn of_json(text: &str) -> Result<Self, String> {
         let value: serde_json::Value = serde_json::from_str(text).map_err(|error| format!("no JSON: {error}"))?;
         let Some(object) = value.as_object() else { return Err("expected an object".into()) };
-        if !object.contains_key("version") {
-            return Err(format!("\"version\" is missing, expected {VERSION}"));
+        // Other versions may have other keys.
+        match object.get("version") {
+            None => return Err(format!("\"version\" is missing, expected {VERSION}")),
+            Some(found) if *found != VERSION => {
+                return Err(format!("version: {found} is not known, expected {VERSION}"));
+            }
+            Some(_) => {}
         }
-        serde_path_to_error::deserialize(value).map_err(|error| format!("{}: {}", error.path(), error.inner()))
+        let document: Self =
+            serde_path_to_error::deserialize(value).map_err(|error| format!("{}: {}", error.path(), error.inner()))?;
+        if document.camera.orthographic && document.camera.panorama {
+            return Err("camera.panorama: true beside \"orthographic\", expected one of them".into());
+        }
+        Ok(document)
     }
 
     /// Writes a scene file. Paths below its directory are relative to it, others absolute.
@@ -157,12 +166,33 @@ mod tests {
     }
 
     #[test]
+    fn the_example_in_the_documentation_is_a_scene() {
+        let page = include_str!("../../../../docs/scene-files.md");
+        let example = page.split("```json").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+        let document = SceneDocument::of_json(example).unwrap();
+        assert_eq!((document.picture.spp, document.annotations.axes), (Some(4), true));
+    }
+
+    #[test]
     fn wrong_keys_are_named() {
         for (json, expected) in [
             ("[]", "expected an object"),
             ("{", "no JSON: "),
             ("{}", "\"version\" is missing, expected 1"),
-            (r#"{"version": 2}"#, "version: 2 is not known, expected 1"),
+            (r#"{"version": 2, "new": 1}"#, "version: 2 is not known, expected 1"),
+            (r#"{"version": 1, "camera": {"orthographic": true, "panorama": true}}"#, "camera.panorama: true beside"),
+            (
+                r#"{"version": 1, "lighting": {"light": [{"directional": {"direction": [0, 0, 0], "color": [1, 1, 1]}}]}}"#,
+                "lighting.light: light 0: direction is [0.0, 0.0, 0.0], expected a vector other than 0",
+            ),
+            (
+                r#"{"version": 1, "lighting": {"ao": 1025}}"#,
+                "lighting.ao: 1025, expected a whole number from 1 to 1024",
+            ),
+            (
+                r#"{"version": 1, "appearance": {"tf": {"colors": [], "opacities": [], "extinctions": []}}}"#,
+                "appearance.tf: extinctions beside opacities, expected one of them",
+            ),
             (r#"{"version": 1, "colour": 3}"#, "colour: unknown field `colour`, expected one of"),
             (r#"{"version": 1, "camera": {"eye": [1, 2]}}"#, "camera.eye: invalid length 2"),
             (r#"{"version": 1, "camera": {"fovy": 200}}"#, "camera.fovy: expected an angle above 0 and below 180"),

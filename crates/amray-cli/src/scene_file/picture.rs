@@ -29,7 +29,7 @@ pub(crate) struct PictureSection {
     pub(crate) samples_per_cell: Option<f64>,
     /// Rays per pixel [default: 1]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
-    #[serde(deserialize_with = "checked::count", skip_serializing_if = "Option::is_none")]
+    #[serde(deserialize_with = "checked::count::<{ u16::MAX }, _>", skip_serializing_if = "Option::is_none")]
     pub(crate) spp: Option<u16>,
     /// Seed of the noise that hides banding [default: 0]
     #[arg(long, value_name = "SEED")]
@@ -38,6 +38,7 @@ pub(crate) struct PictureSection {
     /// What is behind the volume in a .png, each 0 to 1 [default: 1,1,1]
     #[arg(long, value_name = "R,G,B[,A]", value_parser = number::color)]
     #[serde(deserialize_with = "checked::color", skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "Option<Vec<f32>>", length(min = 3, max = 4))]
     pub(crate) background: Option<[f32; 4]>,
 }
 
@@ -52,6 +53,19 @@ impl PictureSection {
             spp: self.spp.or(others.spp),
             seed: self.seed.or(others.seed),
             background: self.background.or(others.background),
+        }
+    }
+
+    /// With nothing left to be chosen.
+    pub(crate) fn resolved(&self, size: [usize; 2], unit_distance: f64) -> Self {
+        Self {
+            size: Some(size),
+            opacity: Some(self.opacity.unwrap_or(1.0)),
+            unit_distance: Some(unit_distance),
+            samples_per_cell: Some(self.samples_per_cell.unwrap_or(1.0)),
+            spp: Some(self.spp.unwrap_or(1)),
+            seed: Some(self.seed.unwrap_or(0)),
+            background: Some(self.background()),
         }
     }
 
