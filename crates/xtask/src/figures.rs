@@ -68,7 +68,7 @@ pub(crate) const FIGURES: &[Figure] = &[
             },
             Picture {
                 title: "cut open",
-                flags: "render DEMO --cut-box 0.5,-1,0.5:2,0.5,2 --shading --shadows --ao 4 --outline --spp 4",
+                flags: "render DEMO --opacity 30 --cut-box 0.5,-1,0.5:2,0.5,2 --shading --shadows --ao 4 --outline --spp 4",
             },
             Picture {
                 title: "bricks by level",
