@@ -85,6 +85,21 @@ fn cameras_go_from_key_to_key() {
 }
 
 #[test]
+fn what_cannot_be_done_is_known_before_the_first_frame() {
+    let directory = tempfile::tempdir().unwrap();
+    let directory = directory.path();
+    let error = fails(directory, &[&flags()[..], &["missing.hdf5", "-o", "steps"]].concat());
+    assert!(error.starts_with("amray: missing.hdf5: cannot open"), "{error}");
+    // Half-way, the eye is where it looks.
+    let keys =
+        r#"[{"time": 0, "eye": [5, 0, 0], "target": [0, 0, 0]}, {"time": 1, "eye": [-5, 0, 0], "target": [0, 0, 0]}]"#;
+    std::fs::write(directory.join("keys.json"), keys).unwrap();
+    let error = fails(directory, &[&flags()[..], &["--frames", "5", "--keys", "keys.json", "-o", "way"]].concat());
+    assert!(error.starts_with("amray: frame 2: camera: eye and target"), "{error}");
+    assert!(!directory.join("steps").exists() && !directory.join("way").exists());
+}
+
+#[test]
 #[allow(clippy::print_stderr)] // A skipped test must say so.
 fn movie_files_need_ffmpeg() {
     let directory = tempfile::tempdir().unwrap();
@@ -113,4 +128,10 @@ fn movie_files_need_ffmpeg() {
     assert!(!directory.join("a.mp4.frames").exists());
     prints(directory, &[&movie[..], &["--keep-frames"]].concat());
     assert!(directory.join("a.mp4.frames/frame_00002.png").exists());
+    // What ffmpeg would read something into: a number's place, a protocol, an option.
+    for name in ["100%.mp4", "%05d.mp4", "a:b.mp4", "-a.mp4"] {
+        prints(directory, &[&flags()[..], &["--frames", "1", &format!("--output={name}")]].concat());
+        assert!(directory.join(name).exists(), "{name}");
+        assert!(!directory.join(format!("{name}.frames")).exists(), "{name}");
+    }
 }

@@ -6,7 +6,8 @@ use std::process::{Command, Stdio};
 
 use amray_formats::output::check_writable;
 
-use super::frames::Frames;
+use super::frames::{Frames, PATTERN};
+use crate::data::absolute;
 
 /// The program that encodes.
 const FFMPEG: &str = "ffmpeg";
@@ -61,11 +62,12 @@ impl Encoder {
         let part = self.beside(&format!(".part.{}", self.ending));
         let name = self.output.display();
         let made = Command::new(FFMPEG)
-            .args(["-y", "-loglevel", "error", "-framerate", &self.fps.to_string(), "-i"])
-            .arg(frames.pattern())
+            // Names in which ffmpeg would find a number's place, a protocol or an option stay out of its sight.
+            .current_dir(frames.directory())
+            .args(["-y", "-loglevel", "error", "-framerate", &self.fps.to_string(), "-i", PATTERN])
             // Players know no other pixels, which come in pairs.
             .args(["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p"])
-            .arg(&part)
+            .arg(absolute(&part))
             .stdin(Stdio::null())
             .output();
         let problem = match made {

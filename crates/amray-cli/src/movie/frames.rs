@@ -7,6 +7,8 @@ use amray_formats::output::OutputFile;
 
 /// What the frames of a directory are of.
 const MANIFEST: &str = "movie.json";
+/// The names of all frames, as ffmpeg has them.
+pub(super) const PATTERN: &str = "frame_%05d.png";
 
 /// A directory with the frames of one movie.
 pub(super) struct Frames {
@@ -49,9 +51,9 @@ impl Frames {
         self.directory.join(format!("frame_{number:05}.png"))
     }
 
-    /// The names of all frames, as ffmpeg has them.
-    pub(super) fn pattern(&self) -> PathBuf {
-        self.directory.join("frame_%05d.png")
+    /// Where all of them are.
+    pub(super) fn directory(&self) -> &Path {
+        &self.directory
     }
 
     /// All frames that are there.

@@ -39,9 +39,12 @@ pub(super) fn read(path: &Path) -> anyhow::Result<CameraPath> {
 }
 
 fn of_json(text: &str) -> Result<CameraPath, String> {
-    let json = &mut serde_json::Deserializer::from_str(text);
+    let value: serde_json::Value = serde_json::from_str(text).map_err(|error| format!("no JSON: {error}"))?;
+    if !value.is_array() {
+        return Err("expected a list of keys".into());
+    }
     let keys: Vec<Key> =
-        serde_path_to_error::deserialize(json).map_err(|error| format!("{}: {}", error.path(), error.inner()))?;
+        serde_path_to_error::deserialize(value).map_err(|error| format!("{}: {}", error.path(), error.inner()))?;
     let keys = keys.into_iter().map(|Key { time, eye, target, up, fovy }| CameraKey {
         time,
         viewpoint: Viewpoint { eye, target, up, projection: Projection::Perspective { fovy } },
@@ -67,6 +70,8 @@ mod tests {
     #[test]
     fn what_is_wrong_is_named() {
         for (json, expected) in [
+            ("[{", "no JSON: "),
+            (r#"{"keys": []}"#, "expected a list of keys"),
             ("[]", "there is no key"),
             (r#"[{"time": 1, "eye": [4, 0], "target": [0, 0, 0]}]"#, "[0].eye: invalid length 2"),
             (r#"[{"time": 1, "eye": [4, 0, 0]}]"#, "[0]: missing field `target`"),

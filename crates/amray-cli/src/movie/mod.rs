@@ -69,22 +69,26 @@ enum Motion {
 impl Motion {
     /// Where the camera is in a frame of `count`, which starts from a viewpoint.
     fn camera(&self, start: Viewpoint, frame: u32, count: u32) -> anyhow::Result<Camera> {
-        let (frame, last) = (f64::from(frame), f64::from(count.max(2) - 1));
+        let (position, last) = (f64::from(frame), f64::from(count.max(2) - 1));
         let viewpoint = match self {
             // After whole turns the first frame comes next, once.
-            Self::Orbit(degrees) if degrees % TURN == 0.0 => orbit(start, degrees * frame / f64::from(count))?,
-            Self::Orbit(degrees) => orbit(start, degrees * frame / last)?,
+            Self::Orbit(degrees) if degrees % TURN == 0.0 => orbit(start, degrees * position / f64::from(count))?,
+            Self::Orbit(degrees) => orbit(start, degrees * position / last)?,
             Self::Keys(path) => {
                 let [first, end] = path.times();
-                path.at(first + (end - first) * frame / last)
+                path.at(first + (end - first) * position / last)
             }
         };
-        Ok(Camera::new(viewpoint)?)
+        Camera::new(viewpoint).map_err(|error| anyhow::anyhow!("frame {frame}: {error}"))
     }
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let encoder = Encoder::of(&arguments.output, arguments.fps)?;
+    // Each is opened when its frames come, which is late to learn that it is not there.
+    for path in &arguments.paths {
+        path.metadata().map_err(|error| anyhow::anyhow!("{}: cannot open: {error}", path.display()))?;
+    }
     let count = arguments.frames.unwrap_or(match &arguments.paths[..] {
         [_] => FRAMES,
         paths => u32::try_from(paths.len())?,
@@ -104,11 +108,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let sampling = document.sampling.clone();
     let first = open(document, &arguments.paths[0])?;
     let start = *first.camera()?.viewpoint();
+    let cameras = (0..count).map(|frame| motion.camera(start, frame, count)).collect::<anyhow::Result<Vec<_>>>()?;
     // Not so how values lie: a later step may be larger.
     let document = SceneDocument { sampling, ..first.resolved(&first.camera()?)? };
     let frames = Frames::open(&directory, &arguments.described(&document, &motion, count)?, arguments.restart)?;
     let mut step = (0, first);
-    for frame in 0..count {
+    for (frame, camera) in (0..count).zip(cameras) {
         let path = frames.path(frame);
         if path.exists() {
             continue;
@@ -120,7 +125,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             step = (number, open(document.clone(), &arguments.paths[number])?);
         }
         let stage = &step.1;
-        let camera = motion.camera(start, frame, count)?;
         let outlines = stage.outlines(&camera)?;
         let scenes = stage.scenes(camera, outlines.as_ref())?;
         stage.prepare();
