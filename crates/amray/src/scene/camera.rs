@@ -109,7 +109,7 @@ impl Viewpoint {
         let back = DEFAULT_DIRECTION.normalize();
         let right = DEFAULT_UP.cross(back).normalize();
         let up = back.cross(right);
-        let half_height = (fovy.to_radians() / 2.0).tan() * FILLED;
+        let half_height = height_of(fovy) / 2.0 * FILLED;
         let corners = (0..8).map(|corner| {
             let side = |axis: usize| if corner >> axis & 1 == 1 { high } else { low };
             DVec3::new(side(0).x, side(1).y, side(2).z) - center
@@ -133,9 +133,12 @@ impl Viewpoint {
     /// The same view without perspective: what lies at the target's distance keeps its size.
     pub fn orthographic(self) -> Self {
         let Projection::Perspective { fovy } = self.projection else { return self };
-        let distance = DVec3::from_array(self.eye).distance(DVec3::from_array(self.target));
-        let height = 2.0 * distance * (fovy.to_radians() / 2.0).tan();
-        Self { projection: Projection::Orthographic { height }, ..self }
+        Self { projection: Projection::Orthographic { height: self.distance() * height_of(fovy) }, ..self }
+    }
+
+    /// From the eye to the target, in world units.
+    fn distance(&self) -> f64 {
+        DVec3::from_array(self.eye).distance(DVec3::from_array(self.target))
     }
 }
 
@@ -209,7 +212,7 @@ impl Camera {
 
     /// From the eye to the target, in world units.
     pub fn distance(&self) -> f64 {
-        DVec3::from_array(self.viewpoint.eye).distance(DVec3::from_array(self.viewpoint.target))
+        self.viewpoint.distance()
     }
 
     /// Where a point in world units is in a picture of `size` pixels; none where it is not before the eye, or in a
@@ -233,9 +236,7 @@ impl Camera {
         let [width, height] = size.map(|pixels| pixels as f64);
         let from_eye = DVec3::from_array(point) - DVec3::from_array(self.viewpoint.eye);
         match self.viewpoint.projection {
-            Projection::Perspective { fovy } => {
-                2.0 * (fovy.to_radians() / 2.0).tan() * from_eye.dot(self.forward) / height
-            }
+            Projection::Perspective { fovy } => height_of(fovy) * from_eye.dot(self.forward) / height,
             Projection::Orthographic { height: picture } => picture / height,
             Projection::Panorama => from_eye.length() * TAU / width,
         }
@@ -261,8 +262,7 @@ impl Camera {
         let forward = self.forward + self.right * self.shear;
         match self.viewpoint.projection {
             Projection::Perspective { fovy } => {
-                let picture = 2.0 * (fovy.to_radians() / 2.0).tan();
-                PictureRays::Plane { start: still(eye), direction: over(forward, picture) }
+                PictureRays::Plane { start: still(eye), direction: over(forward, height_of(fovy)) }
             }
             Projection::Orthographic { height } => {
                 PictureRays::Plane { start: over(eye, height), direction: still(forward) }
@@ -273,6 +273,11 @@ impl Camera {
             }
         }
     }
+}
+
+/// How high a picture with a vertical opening angle in degrees is at a distance of 1.
+fn height_of(fovy: f64) -> f64 {
+    2.0 * (fovy.to_radians() / 2.0).tan()
 }
 
 /// The rays of a picture.
