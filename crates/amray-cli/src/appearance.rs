@@ -11,6 +11,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::data::DataArguments;
+use crate::json_file;
 use crate::number;
 use crate::progress::with_spinner;
 use crate::scene_file::{Curves, checked};
@@ -141,11 +142,10 @@ impl AppearanceArguments {
         if self.log {
             bail!("--log applies to colour maps; a transfer function file says its own scale (\"scale\": \"log10\")");
         }
-        let name = path.display();
-        let json = std::fs::read_to_string(path)
-            .map_err(|error| anyhow::anyhow!("{name}: cannot read the transfer function: {error}"))?;
-        let function = TransferFunction::from_json(&json, None).map_err(|error| anyhow::anyhow!("{name}: {error}"))?;
-        self.stretched(&function).map_err(|error| anyhow::anyhow!("{name}: {error}"))
+        json_file::read(path, "the transfer function", |json| {
+            let function = TransferFunction::from_json(json, None).map_err(|error| error.to_string())?;
+            self.stretched(&function).map_err(|error| error.to_string())
+        })
     }
 
     /// A function over the range that is asked for.

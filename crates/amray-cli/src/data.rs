@@ -28,23 +28,16 @@ pub(crate) struct DataArguments {
     pub(crate) max_level: Option<usize>,
 }
 
-/// Which field to look at, and how its cells become a continuous function.
+/// A volume of a data set.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct VolumeArguments {
+    /// A Chombo HDF5 file, or an AMReX plotfile (the directory or its Header)
+    path: PathBuf,
     #[command(flatten)]
-    pub(crate) data: DataArguments,
-    /// The field to show [default: the first]
-    #[arg(long, value_name = "NAME")]
-    pub(crate) field: Option<String>,
-    /// Reconstruction: nearest, finest, current, blend, basis, octant or prolong
-    #[arg(long, default_value_t)]
-    pub(crate) method: Method,
-    /// Let covered cells take the mean of the finer ones
-    #[arg(long)]
-    pub(crate) restrict: bool,
+    section: DataSection,
 }
 
-/// Which data a picture is of.
+/// Which field to look at, and how its cells become a continuous function.
 #[derive(Clone, Debug, Default, Args, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct DataSection {
@@ -84,9 +77,7 @@ impl DataSection {
 
     /// The volume that is asked for; none where no data are named.
     pub(crate) fn volume(&self) -> Option<VolumeArguments> {
-        let Self { path, field, max_level, method, restrict } = self.clone();
-        let data = DataArguments { path: path?, max_level };
-        Some(VolumeArguments { data, field, method: method.unwrap_or_default(), restrict })
+        Some(VolumeArguments { path: self.path.clone()?, section: self.clone() })
     }
 }
 
@@ -152,31 +143,40 @@ pub(crate) fn warnings(data: &dyn DataSet) -> Vec<String> {
 }
 
 impl VolumeArguments {
+    /// The data set.
+    pub(crate) fn data(&self) -> DataArguments {
+        DataArguments { path: self.path.clone(), max_level: self.section.max_level }
+    }
+
     /// Opens the data set, says on standard error what is unusual about it, reads the field and builds the index.
     pub(crate) fn open(&self) -> anyhow::Result<Opened> {
         let start = Instant::now();
-        let data = self.data.open()?;
+        let data = self.data().open()?;
         for warning in warnings(&*data) {
-            note(&format!("amray: warning: {}: {warning}", self.data.path.display()));
+            note(&format!("amray: warning: {}: {warning}", self.path.display()));
         }
-        let field = self.read(&*data, self.field.as_deref())?;
+        let field = self.read(&*data, self.section.field.as_deref())?;
         let open_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let index = with_spinner("indexing", || Arc::new(Index::build(data.hierarchy().clone())));
-        let volume = Volume::new(index, field, self.method);
+        let volume = Volume::new(index, field, self.method());
         Ok(Opened { volume, data, open_seconds, index_seconds: start.elapsed().as_secs_f64() })
     }
 
     /// Another field of a data set that is open.
     pub(crate) fn other_field(&self, opened: &Opened, name: &str) -> anyhow::Result<Volume> {
         let field = self.read(&*opened.data, Some(name))?;
-        Ok(Volume::new(opened.volume.index().clone(), field, self.method))
+        Ok(Volume::new(opened.volume.index().clone(), field, self.method()))
+    }
+
+    fn method(&self) -> Method {
+        self.section.method.unwrap_or_default()
     }
 
     fn read(&self, data: &dyn DataSet, name: Option<&str>) -> anyhow::Result<Field> {
-        let number = self.data.field_number(data, name)?;
+        let number = self.data().field_number(data, name)?;
         let field = with_progress("reading", |progress| data.read_field(number, progress))?;
-        Ok(match self.restrict {
+        Ok(match self.section.restrict {
             true => with_spinner("restricting", || field.restricted(data.hierarchy())),
             false => field,
         })

@@ -15,8 +15,8 @@ use serde::Serialize;
 
 use crate::data::{self, DataArguments};
 use crate::number::{bytes, grouped};
-use crate::print;
 use crate::progress::{with_progress, with_spinner};
+use crate::{print, print_json};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -84,11 +84,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let of_index = IndexDescription { regions: index.regions().len(), bytes: index.bytes(), seconds };
     let description = describe(arguments, &*data, &index)?;
     if arguments.json {
-        print(&(serde_json::to_string(&description)? + "\n"))?;
-    } else {
-        print(&text(&description, &of_index))?;
+        return print_json(&description);
     }
-    Ok(())
+    Ok(print(&text(&description, &of_index))?)
 }
 
 fn describe(arguments: &Arguments, data: &dyn DataSet, index: &Arc<Index>) -> anyhow::Result<Description> {

@@ -7,6 +7,7 @@ mod clips;
 mod data;
 mod demo;
 mod info;
+mod json_file;
 mod lighting;
 mod memory;
 mod mode;
@@ -29,6 +30,7 @@ use std::io::{self, Write};
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use serde::Serialize;
 
 /// Shows adaptive-mesh-refinement (AMR) simulation data directly, without resampling it.
 #[derive(Debug, Parser)]
@@ -102,6 +104,11 @@ fn print(text: &str) -> io::Result<()> {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => result,
     }
+}
+
+/// Prints a value as one line of JSON.
+fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
+    Ok(print(&(serde_json::to_string(value)? + "\n"))?)
 }
 
 /// Prints to standard error what does not belong to the output.

@@ -11,7 +11,7 @@ use crate::progress::with_progress;
 use crate::sampling::LayoutArguments;
 use crate::value_picture::{ValuePictureArguments, range};
 use crate::view::ViewArguments;
-use crate::{number, print};
+use crate::{number, print, print_json};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -49,7 +49,7 @@ struct Report {
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let Arguments { reduction, size, .. } = *arguments;
-    let data = &arguments.volume.data;
+    let data = &arguments.volume.data();
     let output = arguments.picture.output(data, reduction)?;
     let volume = arguments.volume.open()?.volume;
     let camera = arguments.view.camera(&volume, size, 1.0)?;
@@ -62,5 +62,5 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let [min, max] = range(&image);
     let report = Report { output: output.path, reduction: reduction.to_string(), size, min, max };
-    Ok(print(&(serde_json::to_string(&report)? + "\n"))?)
+    print_json(&report)
 }

@@ -16,7 +16,7 @@ use crate::sampling::LayoutName;
 use crate::scene_file::SceneDocument;
 use crate::stage::Stage;
 use crate::view_file::ViewName;
-use crate::{memory, print};
+use crate::{memory, print, print_json};
 
 #[derive(Debug, Default, Args)]
 pub(crate) struct Arguments {
@@ -111,8 +111,10 @@ fn picture_path(path: PathBuf) -> Result<PathBuf, FormatError> {
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let report = picture(arguments)?;
-    let said = if arguments.json { serde_json::to_string(&report)? } else { report.output.display().to_string() };
-    Ok(print(&(said + "\n"))?)
+    match arguments.json {
+        true => print_json(&report),
+        false => Ok(print(&format!("{}\n", report.output.display()))?),
+    }
 }
 
 /// Writes the picture that the flags ask for.
@@ -122,13 +124,12 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         let scene = arguments.scene.as_deref().unwrap_or_else(|| Path::new("the scene")).display();
         anyhow::bail!("{scene}: data.path is missing: add it, or name the data on the command line");
     };
-    let output = arguments.output.clone().unwrap_or_else(|| PathBuf::from(data.data.stem() + ".png"));
+    let output = arguments.output.clone().unwrap_or_else(|| PathBuf::from(data.data().stem() + ".png"));
     let format = PictureFormat::of(&output)?;
     let drawn = [("a colour bar", document.annotations.color_bar), ("axes", document.annotations.axes)];
     if let Some((what, _)) = drawn.iter().find(|(_, is_drawn)| *is_drawn && format != PictureFormat::Png) {
         anyhow::bail!("{}: {what} can only be drawn into a .png", output.display());
     }
-    document.light_paths.check()?;
     // What cannot be written is better known before the work than after it.
     check_writable(&output)?;
     arguments.save_scene.as_deref().map(check_writable).transpose()?;
@@ -141,21 +142,22 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     }
     let prepare_seconds = stage.prepare();
     let (films, statistics, seconds) = frames(&stage, &scenes, arguments.repeat)?;
-    let film = films.iter().skip(1).fold(films[0].clone(), |left, right| left.beside(right));
+    let [width, height] = stage.options.size;
+    let size = [width * films.len(), height];
     match format {
         PictureFormat::Png => {
             let picture = stage.picture(&films, &scenes);
             write_png(&output, [picture.width(), picture.height()], picture.pixels())?;
         }
-        PictureFormat::Exr => write_exr(&output, film.size(), film.pixels())?,
-        PictureFormat::Npy => write_npy(&output, film.size(), film.pixels())?,
+        PictureFormat::Exr => write_exr(&output, size, side_by_side(films).pixels())?,
+        PictureFormat::Npy => write_npy(&output, size, side_by_side(films).pixels())?,
     }
     let Stage { volume, options, open_seconds, index_seconds, .. } = &stage;
     let mut sorted = seconds.clone();
     sorted.sort_by(f64::total_cmp);
     Ok(Report {
         output,
-        size: film.size(),
+        size,
         open_seconds: *open_seconds,
         index_seconds: *index_seconds,
         prepare_seconds,
@@ -177,6 +179,11 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         peak_resident_bytes: memory::peak_resident(),
         private_bytes: memory::private(),
     })
+}
+
+/// What each eye sees as one film.
+fn side_by_side(films: Vec<Film>) -> Film {
+    films.into_iter().reduce(|left, right| left.beside(&right)).expect("there is a film for each eye")
 }
 
 /// Renders one frame or, with `--repeat`, a warm-up and that many frames, of each scene; the last

@@ -9,7 +9,7 @@ use serde::Serialize;
 use crate::data::VolumeArguments;
 use crate::progress::with_spinner;
 use crate::value_picture::{ValuePictureArguments, range};
-use crate::{number, print};
+use crate::{number, print, print_json};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
@@ -46,21 +46,22 @@ struct Report {
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let axis = arguments.axis;
-    let output = arguments.picture.output(&arguments.volume.data, axis)?;
+    let data = &arguments.volume.data();
+    let output = arguments.picture.output(data, axis)?;
     let volume = arguments.volume.open()?.volume;
     let [low, high] = volume.hierarchy().bounds().map(|corner| corner[axis as usize]);
     let slice = Slice { axis, at: arguments.at.unwrap_or((low + high) / 2.0) };
     if !(low..=high).contains(&slice.at) {
         let domain = format!("the domain, which reaches from {low} to {high} on the {axis} axis");
-        return Err(arguments.volume.data.error(format!("--at {} misses {domain}", slice.at)));
+        return Err(data.error(format!("--at {} misses {domain}", slice.at)));
     }
     let size = slice.fitting_size(&volume, arguments.size.into());
     let image = with_spinner("slicing", || slice.sample(&volume, size));
-    arguments.picture.write(&output, &image, &arguments.volume.data, "on the slice", volume.field().name())?;
+    arguments.picture.write(&output, &image, data, "on the slice", volume.field().name())?;
     if !arguments.json {
         return Ok(print(&format!("{}\n", output.path.display()))?);
     }
     let [min, max] = range(&image);
     let report = Report { output: output.path, axis: axis.to_string(), at: slice.at, size: image.size, min, max };
-    Ok(print(&(serde_json::to_string(&report)? + "\n"))?)
+    print_json(&report)
 }

@@ -36,16 +36,18 @@ pub(crate) struct Stage {
 impl Stage {
     /// Opens the data of a document.
     pub(crate) fn open(document: SceneDocument, data: &VolumeArguments) -> anyhow::Result<Self> {
+        document.light_paths.check()?;
         let picture = &document.picture;
         let size = picture.size.unwrap_or(if document.camera.panorama { PANORAMA_SIZE } else { SIZE });
         let opened = data.open()?;
+        document.surfaces.warn(&opened.volume);
         let colors = |data: &_, volume: &_| AppearanceArguments::default().transfer_function(data, volume);
         let surfaces = document.surfaces.data(data, &opened, colors)?;
         let Opened { volume, open_seconds, index_seconds, .. } = opened;
         let start = Instant::now();
         with_spinner("value ranges", || volume.ranges());
         let index_seconds = index_seconds + start.elapsed().as_secs_f64();
-        let function = document.appearance.transfer_function(&data.data, &volume)?;
+        let function = document.appearance.transfer_function(&data.data(), &volume)?;
         let longest = volume.hierarchy().longest_side();
         let options = RenderOptions {
             size,

@@ -147,6 +147,20 @@ impl SurfaceArguments {
         self.isosurfaces.is_empty() && self.slices.is_empty() && self.meshes.is_empty()
     }
 
+    /// Says on standard error which isosurfaces a volume does not have.
+    pub(crate) fn warn(&self, volume: &Volume) {
+        if self.isosurfaces.is_empty() {
+            return;
+        }
+        let [low, high] = volume.leaf_range().unwrap_or([f64::NAN; 2]);
+        for Isosurface { value, .. } in &self.isosurfaces {
+            if !(low <= *value && *value <= high) {
+                let name = volume.field().name();
+                note(&format!("amray: warning: isosurface {value}: {name} is from {low} to {high}, nothing is drawn"));
+            }
+        }
+    }
+
     /// Reads meshes, and the fields that surfaces are coloured by.
     pub(crate) fn data(
         &self,
@@ -161,7 +175,7 @@ impl SurfaceArguments {
                 && !fields.iter().any(|(known, ..)| known == name)
             {
                 let field = volume.other_field(opened, name)?;
-                let function = colors(&volume.data, &field)?;
+                let function = colors(&volume.data(), &field)?;
                 fields.push((name.clone(), field, function));
             }
         }
@@ -177,14 +191,9 @@ impl SurfaceArguments {
         data: &'a SurfaceData,
     ) -> Vec<Surface<'a>> {
         let own = || Paint::Field(volume, function.clone());
-        let range = if self.isosurfaces.is_empty() { None } else { volume.leaf_range() };
-        let isosurfaces = self.isosurfaces.iter().map(|Isosurface { value, color, opacity }| {
-            let [low, high] = range.unwrap_or([f64::NAN; 2]);
-            if !(low <= *value && *value <= high) {
-                let name = volume.field().name();
-                note(&format!("amray: warning: isosurface {value}: {name} is from {low} to {high}, nothing is drawn"));
-            }
-            Surface { opacity: *opacity, ..Surface::isosurface(*value, data.paint(color, own())) }
+        let isosurfaces = self.isosurfaces.iter().map(|Isosurface { value, color, opacity }| Surface {
+            opacity: *opacity,
+            ..Surface::isosurface(*value, data.paint(color, own()))
         });
         let bounds = volume.hierarchy().bounds();
         let slices = self.slices.iter().map(|Slice { normal, place, opacity }| Surface {

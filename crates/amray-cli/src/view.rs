@@ -12,8 +12,8 @@ use crate::number;
 use crate::scene_file::checked;
 use crate::view_file::View;
 
-/// Degrees.
-const FOVY: f64 = 30.0;
+/// The opening angle where nothing says so, in degrees.
+pub(crate) const FOVY: f64 = 30.0;
 
 /// The camera; what is not given frames the domain.
 #[derive(Clone, Debug, Default, Args, Serialize, Deserialize, JsonSchema)]

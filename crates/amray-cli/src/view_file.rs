@@ -1,7 +1,7 @@
 //! Views in a file: cameras with transfer functions under names, for pictures that are to be comparable.
 
 use std::fmt;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 use amray::appearance::TransferFunction;
@@ -9,6 +9,7 @@ use serde_json::{Map, Value, json};
 
 use crate::appearance::AppearanceArguments;
 use crate::data::DataSection;
+use crate::json_file;
 use crate::number::SIZE_LIMIT;
 use crate::scene_file::{PictureSection, SceneDocument};
 
@@ -69,9 +70,7 @@ impl fmt::Display for ViewName {
 impl ViewName {
     /// Reads the view.
     pub(crate) fn read(&self) -> anyhow::Result<View> {
-        read(&self.file)
-            .and_then(|json| self.of_json(&json))
-            .map_err(|problem| anyhow::anyhow!("{}: {problem}", self.file.display()))
+        json_file::read(&self.file, "the views", |json| self.of_json(json))
     }
 
     /// The view of a file's text.
@@ -105,10 +104,6 @@ impl ViewName {
                 .map_err(|error| format!("{place}: transfer function {:?}: {error}", self.transfer_function))?,
         })
     }
-}
-
-fn read(path: &Path) -> Result<String, String> {
-    std::fs::read_to_string(path).map_err(|error| format!("cannot read the views: {error}"))
 }
 
 /// The entry called `name`, or which ones there are.

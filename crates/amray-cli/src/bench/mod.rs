@@ -23,7 +23,7 @@ use crate::data::warnings;
 use crate::progress::{with_progress, with_spinner};
 use crate::sampling::LayoutName;
 use crate::stage::SIZE;
-use crate::{note, print};
+use crate::{note, print, print_json};
 pub(crate) use arguments::Arguments;
 use frames::{Frames, Pool};
 use looks::{Look, Views};
@@ -31,8 +31,10 @@ use report::{DataReport, IndexReport, MachineReport, Report, Row};
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let report = measure(arguments)?;
-    print(&if arguments.json { serde_json::to_string(&report)? + "\n" } else { table::text(&report) })?;
-    Ok(())
+    match arguments.json {
+        true => print_json(&report),
+        false => Ok(print(&table::text(&report))?),
+    }
 }
 
 /// A data set with its index, as if finer levels than some did not exist.

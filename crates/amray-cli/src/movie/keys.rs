@@ -5,6 +5,9 @@ use std::path::Path;
 use amray::scene::{CameraKey, CameraPath, Projection, Viewpoint};
 use serde::Deserialize;
 
+use crate::json_file;
+use crate::view::FOVY;
+
 /// A camera at a time, as the file has it.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -24,7 +27,7 @@ fn up() -> [f64; 3] {
 }
 
 fn fovy() -> f64 {
-    30.0
+    FOVY
 }
 
 /// Reads the way.
@@ -32,19 +35,15 @@ fn fovy() -> f64 {
 /// # Errors
 /// Which key of the file is wrong, and how.
 pub(super) fn read(path: &Path) -> anyhow::Result<CameraPath> {
-    let name = path.display();
-    let text =
-        std::fs::read_to_string(path).map_err(|error| anyhow::anyhow!("{name}: cannot read the keys: {error}"))?;
-    of_json(&text).map_err(|problem| anyhow::anyhow!("{name}: {problem}"))
+    json_file::read(path, "the keys", of_json)
 }
 
 fn of_json(text: &str) -> Result<CameraPath, String> {
-    let value: serde_json::Value = serde_json::from_str(text).map_err(|error| format!("no JSON: {error}"))?;
+    let value = json_file::value(text)?;
     if !value.is_array() {
         return Err("expected a list of keys".into());
     }
-    let keys: Vec<Key> =
-        serde_path_to_error::deserialize(value).map_err(|error| format!("{}: {}", error.path(), error.inner()))?;
+    let keys: Vec<Key> = json_file::typed(value)?;
     let keys = keys.into_iter().map(|Key { time, eye, target, up, fovy }| CameraKey {
         time,
         viewpoint: Viewpoint { eye, target, up, projection: Projection::Perspective { fovy } },

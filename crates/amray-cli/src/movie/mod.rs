@@ -102,15 +102,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(scene) = &arguments.scene {
         document = document.or(SceneDocument::read(scene)?);
     }
-    document.light_paths.check()?;
     let directory = encoder.as_ref().map_or(arguments.output.clone(), Encoder::frames_directory);
     // Looks are those of the first step throughout.
     let sampling = document.sampling.clone();
     let first = open(document, &arguments.paths[0])?;
-    let start = *first.camera()?.viewpoint();
+    let camera = first.camera()?;
+    let start = *camera.viewpoint();
     let cameras = (0..count).map(|frame| motion.camera(start, frame, count)).collect::<anyhow::Result<Vec<_>>>()?;
     // Not so how values lie: a later step may be larger.
-    let document = SceneDocument { sampling, ..first.resolved(&first.camera()?)? };
+    let document = SceneDocument { sampling, ..first.resolved(&camera)? };
     let frames = Frames::open(&directory, &arguments.described(&document, &motion, count)?, arguments.restart)?;
     let mut step = (0, first);
     for (frame, camera) in (0..count).zip(cameras) {

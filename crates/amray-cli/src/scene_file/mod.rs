@@ -18,6 +18,7 @@ use crate::annotations::AnnotationArguments;
 use crate::appearance::AppearanceArguments;
 use crate::clips::ClipArguments;
 use crate::data::{DataSection, absolute};
+use crate::json_file;
 use crate::lighting::LightingArguments;
 use crate::mode::ModeArguments;
 use crate::sampling::SamplingArguments;
@@ -78,10 +79,7 @@ impl SceneDocument {
     /// # Errors
     /// Which key of which file is wrong, and what it should be.
     pub(crate) fn read(path: &Path) -> anyhow::Result<Self> {
-        let name = path.display();
-        let text =
-            std::fs::read_to_string(path).map_err(|error| anyhow::anyhow!("{name}: cannot read the scene: {error}"))?;
-        let mut document = Self::of_json(&text).map_err(|problem| anyhow::anyhow!("{name}: {problem}"))?;
+        let mut document = json_file::read(path, "the scene", Self::of_json)?;
         let directory = absolute(path).parent().map(PathBuf::from).unwrap_or_default();
         document.for_each_path(|path| *path = directory.join(&path));
         Ok(document)
@@ -89,7 +87,7 @@ impl SceneDocument {
 
     /// The document of a JSON text.
     fn of_json(text: &str) -> Result<Self, String> {
-        let value: serde_json::Value = serde_json::from_str(text).map_err(|error| format!("no JSON: {error}"))?;
+        let value = json_file::value(text)?;
         let Some(object) = value.as_object() else { return Err("expected an object".into()) };
         // Other versions may have other keys.
         match object.get("version") {
@@ -99,8 +97,7 @@ impl SceneDocument {
             }
             Some(_) => {}
         }
-        let document: Self =
-            serde_path_to_error::deserialize(value).map_err(|error| format!("{}: {}", error.path(), error.inner()))?;
+        let document: Self = json_file::typed(value)?;
         if document.camera.orthographic && document.camera.panorama {
             return Err("camera.panorama: true beside \"orthographic\", expected one of them".into());
         }
