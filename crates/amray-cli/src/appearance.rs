@@ -96,6 +96,12 @@ impl AppearanceArguments {
         Self { tf: Some(Source::Points(function)), range: None, log: false }
     }
 
+    /// What `--tf` and `--range` would say.
+    pub(crate) fn named(function: Option<&str>, range: Option<[f64; 2]>) -> Result<Self, String> {
+        let tf = function.map(source).transpose().map_err(|error| error.to_string())?;
+        Ok(Self { tf, range, log: false })
+    }
+
     /// This appearance or, where nothing of it is given, `others`.
     pub(crate) fn or(self, others: Self) -> Self {
         if self.tf.is_some() || self.range.is_some() || self.log { self } else { others }

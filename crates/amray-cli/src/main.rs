@@ -6,6 +6,7 @@ mod bench;
 mod clips;
 mod data;
 mod demo;
+mod fields;
 mod info;
 mod json_file;
 mod lighting;

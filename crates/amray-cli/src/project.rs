@@ -53,7 +53,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let output = arguments.picture.output(data, reduction)?;
     let volume = arguments.volume.open()?.volume;
     let camera = arguments.view.camera(&volume, size, 1.0)?;
-    let layout = arguments.layout.layout(&volume);
+    let layout = arguments.layout.layout(&volume, 1);
     let image = with_progress("projecting", |progress| project(&volume, &camera, size, reduction, layout, progress));
     let title = format!("{} ({reduction})", volume.field().name());
     arguments.picture.write(&output, &image, data, "in the projection", &title)?;

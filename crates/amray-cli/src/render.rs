@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use amray::render::{Engine, Film, PathError, RenderStatistics};
+use amray::render::{Film, PathError, RenderStatistics};
 use amray::scene::Scene;
 use amray_formats::FormatError;
 use amray_formats::output::check_writable;
@@ -152,7 +152,7 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         PictureFormat::Exr => write_exr(&output, size, side_by_side(films).pixels())?,
         PictureFormat::Npy => write_npy(&output, size, side_by_side(films).pixels())?,
     }
-    let Stage { volume, options, open_seconds, index_seconds, .. } = &stage;
+    let Stage { options, open_seconds, index_seconds, .. } = &stage;
     let mut sorted = seconds.clone();
     sorted.sort_by(f64::total_cmp);
     Ok(Report {
@@ -162,10 +162,7 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         index_seconds: *index_seconds,
         prepare_seconds,
         layout: options.engine.into(),
-        layout_bytes: match options.engine {
-            Engine::March(layout) => volume.layout_bytes(layout),
-            Engine::Query => 0,
-        },
+        layout_bytes: stage.layout_bytes(),
         frame_seconds: seconds[seconds.len() - 1],
         frame_best_seconds: sorted[0],
         frame_median_seconds: sorted[sorted.len() / 2],

@@ -131,18 +131,18 @@ impl SamplingArguments {
         self.preintegrate.unwrap_or_default().into()
     }
 
-    /// The engine for a volume.
-    pub(crate) fn engine(&self, volume: &Volume) -> Engine {
+    /// The engine for so many fields, of which `volume` is one.
+    pub(crate) fn engine(&self, volume: &Volume, fields: usize) -> Engine {
         match self.engine.unwrap_or_default() {
-            EngineName::March => Engine::March(self.layout.layout(volume)),
+            EngineName::March => Engine::March(self.layout.layout(volume, fields)),
             EngineName::Query => Engine::Query,
         }
     }
 }
 
 impl LayoutArguments {
-    /// The layout for a volume: without a wish, a padded copy if it fits the budget.
-    pub(crate) fn layout(&self, volume: &Volume) -> Layout {
+    /// The layout for so many fields, of which `volume` is one: without a wish, padded copies if they fit the budget.
+    pub(crate) fn layout(&self, volume: &Volume, fields: usize) -> Layout {
         match self.layout.unwrap_or_default() {
             LayoutChoice::Padded => return Layout::Padded,
             LayoutChoice::InPlace => return Layout::InPlace,
@@ -153,6 +153,10 @@ impl LayoutArguments {
             // Where the system does not tell, what every computer has to spare.
             None => memory::available().map_or(1 << 30, |bytes| bytes / 2),
         };
-        if volume.layout_bytes(Layout::Padded) <= budget { Layout::Padded } else { Layout::InPlace }
+        if volume.layout_bytes(Layout::Padded).saturating_mul(fields as u64) <= budget {
+            Layout::Padded
+        } else {
+            Layout::InPlace
+        }
     }
 }

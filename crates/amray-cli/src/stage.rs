@@ -5,12 +5,13 @@ use std::time::Instant;
 use amray::Volume;
 use amray::appearance::{Picture, TransferFunction, automatic, color_bar};
 use amray::render::{Engine, Film, PathError, RenderOptions, RenderStatistics};
-use amray::scene::{Camera, CameraError, Lighting, LightingError, Scene, Shading};
+use amray::scene::{Camera, CameraError, Lighting, LightingError, Scene, Shading, ShownField};
 use amray_mesh::Mesh;
 
 use crate::annotations;
 use crate::appearance::AppearanceArguments;
 use crate::data::{Opened, VolumeArguments};
+use crate::fields::OtherFields;
 use crate::progress::with_spinner;
 use crate::scene_file::SceneDocument;
 use crate::surfaces::SurfaceData;
@@ -24,6 +25,7 @@ pub(crate) struct Stage {
     document: SceneDocument,
     pub(crate) volume: Volume,
     function: TransferFunction,
+    fields: OtherFields,
     surfaces: SurfaceData,
     unit_distance: f64,
     pub(crate) options: RenderOptions,
@@ -43,6 +45,7 @@ impl Stage {
         document.surfaces.warn(&opened.volume);
         let colors = |data: &_, volume: &_| AppearanceArguments::default().transfer_function(data, volume);
         let surfaces = document.surfaces.data(data, &opened, colors)?;
+        let fields = document.fields.open(data, &opened)?;
         let Opened { volume, open_seconds, index_seconds, .. } = opened;
         let start = Instant::now();
         with_spinner("value ranges", || volume.ranges());
@@ -54,12 +57,12 @@ impl Stage {
             samples_per_cell: picture.samples_per_cell.unwrap_or(1.0),
             samples_per_pixel: picture.spp.unwrap_or(1).into(),
             seed: picture.seed.unwrap_or(0),
-            engine: document.sampling.engine(&volume),
+            engine: document.sampling.engine(&volume, 1 + document.fields.count()),
             integration: document.sampling.integration(),
             adaptive: !document.sampling.every_cell,
         };
         let unit_distance = picture.unit_distance.unwrap_or(longest / automatic::UNIT_DISTANCES);
-        Ok(Self { document, volume, function, surfaces, unit_distance, options, open_seconds, index_seconds })
+        Ok(Self { document, volume, function, fields, surfaces, unit_distance, options, open_seconds, index_seconds })
     }
 
     /// The camera that the document describes.
@@ -79,6 +82,7 @@ impl Stage {
         document.data.method = Some(self.volume.method());
         document.camera = document.camera.resolved(camera);
         document.appearance = AppearanceArguments::of(self.function.clone());
+        document.fields = document.fields.resolved(&self.fields);
         document.lighting = document.lighting.resolved(&self.lighting(camera)?);
         document.picture = document.picture.resolved(self.options.size, self.unit_distance);
         document.sampling = document.sampling.resolved(self.options.engine);
@@ -93,7 +97,7 @@ impl Stage {
 
     /// The scene as `camera` sees it: with one eye or with two.
     pub(crate) fn scenes<'a>(&'a self, camera: Camera, outlines: Option<&'a Mesh>) -> anyhow::Result<Vec<Scene<'a>>> {
-        let Self { document, volume, function, unit_distance, .. } = self;
+        let Self { document, volume, function, fields, unit_distance, .. } = self;
         let lighting = self.lighting(&camera)?;
         self.check(&lighting)?;
         let mut surfaces = document.surfaces.surfaces(volume, function, &self.surfaces);
@@ -101,7 +105,15 @@ impl Stage {
         let opacity = if document.surfaces.hide_volume { 0.0 } else { document.picture.opacity.unwrap_or(1.0) };
         let function = function.scaled_opacity(opacity);
         let clips = document.clips.clips(volume);
-        let scene = Scene { lighting, surfaces, clips, ..Scene::new(volume, function, *unit_distance, camera) };
+        let (colors, overlays) = (fields.colors(), fields.overlays(opacity));
+        let scene = Scene {
+            colors,
+            overlays,
+            lighting,
+            surfaces,
+            clips,
+            ..Scene::new(volume, function, *unit_distance, camera)
+        };
         Ok(match document.camera.stereo {
             None => vec![scene],
             Some(stereo) => stereo.pair(&camera)?.map(|camera| Scene { camera, ..scene.clone() }).to_vec(),
@@ -110,19 +122,20 @@ impl Stage {
 
     /// Finds out whether what is asked for can be drawn together.
     fn check(&self, lighting: &Lighting) -> anyhow::Result<()> {
-        let SceneDocument { surfaces, annotations, light_paths, .. } = &self.document;
+        let SceneDocument { fields, surfaces, annotations, light_paths, .. } = &self.document;
+        let has_fields = fields.count() > 0;
         let is_query = self.options.engine == Engine::Query;
         let has_surfaces = !surfaces.is_empty() || annotations.has_outlines();
-        if light_paths.is_path() && (is_query || has_surfaces) {
+        if light_paths.is_path() && (is_query || has_surfaces || has_fields) {
             anyhow::bail!(
-                "--mode path is for volumes alone: drop surfaces (--iso, --slice, --mesh, outlines and axes) and --engine \
-                 query, or march"
+                "--mode path is for one field alone: drop --color-by, --overlay, surfaces (--iso, --slice, --mesh, \
+                 outlines and axes) and --engine query, or march"
             );
         }
-        if is_query && (lighting.shading != Shading::Emissive || has_surfaces) {
+        if is_query && (lighting.shading != Shading::Emissive || has_surfaces || has_fields) {
             anyhow::bail!(
-                "--engine query draws volumes that glow, and nothing else: drop --shading, --shadows, --ao, --light, \
-                 --iso, --slice, --mesh, outlines and axes, or march"
+                "--engine query draws one field that glows, and nothing else: drop --color-by, --overlay, --shading, \
+                 --shadows, --ao, --light, --iso, --slice, --mesh, outlines and axes, or march"
             );
         }
         Ok(())
@@ -132,9 +145,20 @@ impl Stage {
     pub(crate) fn prepare(&self) -> f64 {
         let start = Instant::now();
         if let Engine::March(layout) = self.options.engine {
-            with_spinner("preparing", || self.volume.prepare(layout));
+            with_spinner("preparing", || {
+                self.volume.prepare(layout);
+                self.fields.prepare(layout);
+            });
         }
         start.elapsed().as_secs_f64()
+    }
+
+    /// Bytes of memory that marching needs besides the fields.
+    pub(crate) fn layout_bytes(&self) -> u64 {
+        match self.options.engine {
+            Engine::March(layout) => self.volume.layout_bytes(layout) + self.fields.layout_bytes(layout),
+            Engine::Query => 0,
+        }
     }
 
     /// Renders each of the scenes; `what` is on the progress bar.
@@ -158,8 +182,13 @@ impl Stage {
             let mut picture = Picture::from_pixels(width, height, pixels).expect("a film has its size's pixels");
             annotations.draw(&mut picture, self.volume.hierarchy(), &scene.camera, behind);
             if annotations.color_bar {
-                let title = self.volume.field().name();
-                picture = picture.beside(&color_bar(&scene.transfer_function, title, height, behind), behind);
+                let own = ShownField { volume: &self.volume, transfer_function: scene.transfer_function.clone() };
+                for ShownField { volume, transfer_function } in
+                    std::iter::once(scene.colors.as_ref().unwrap_or(&own)).chain(&scene.overlays)
+                {
+                    let bar = color_bar(transfer_function, volume.field().name(), height, behind);
+                    picture = picture.beside(&bar, behind);
+                }
             }
             picture
         });

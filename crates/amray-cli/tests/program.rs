@@ -206,7 +206,7 @@ fn errors_are_one_line_that_helps() {
     std::fs::write(here.join("p.csv"), "1,2\n").unwrap();
     assert!(fails(here, &["sample", path, "--points", "p.csv"]).contains("line 1"));
     let lit = fails(here, &["render", path, "--engine", "query", "--shadows"]);
-    assert!(lit.starts_with("amray: --engine query draws volumes that glow"), "{lit}");
+    assert!(lit.starts_with("amray: --engine query draws one field that glows"), "{lit}");
 }
 
 #[test]

@@ -57,6 +57,38 @@ fn what_is_not_drawn_is_told() {
 }
 
 #[test]
+fn fields_are_seen_together() {
+    let directory = tempfile::tempdir().unwrap();
+    let directory = directory.path();
+    let plain = alphas(directory, &[]);
+    // Another field's colours change no opacity, but the picture.
+    let colored = ["--color-by", "temperature:plasma"];
+    let largest = plain.iter().zip(alphas(directory, &colored)).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(largest < 5e-3, "{largest}");
+    assert_ne!(picture(directory, &colored), picture(directory, &["--tf", "plasma"]));
+    // What is added hides more.
+    let both = alphas(directory, &["--overlay", "temperature"]);
+    assert!(both.iter().sum::<f32>() > plain.iter().sum::<f32>() + 1.0);
+    let with_bars = picture(directory, &["--overlay", "temperature", "--color-bar"]);
+    assert!(with_bars.len() > picture(directory, &["--color-bar"]).len());
+    let data = demo().to_str().unwrap();
+    for (flags, part) in [
+        (&["--overlay", "pressure"][..], "pressure"),
+        (&["--mode", "path", "--overlay", "temperature"], "--mode path is for one field alone"),
+        (&["--engine", "query", "--color-by", "temperature"], "--engine query draws one field"),
+        (
+            &["--overlay", "density", "--overlay", "density", "--overlay", "density", "--color-by", "density"],
+            "at most 3",
+        ),
+    ] {
+        let error = fails(directory, &[&["render", data], flags].concat());
+        assert!(error.contains(part), "{error}");
+    }
+    let message = misused(directory, &["render", "a", "--overlay", "density:nosuch"]);
+    assert!(message.contains("nosuch"), "{message}");
+}
+
+#[test]
 fn clips_cut_volumes_away() {
     let directory = tempfile::tempdir().unwrap();
     let directory = directory.path();
@@ -112,8 +144,8 @@ fn paths_are_traced() {
     assert_eq!(film, picture(directory, &path));
     assert_ne!(film, picture(directory, &[&path[..], &["--albedo", "0.3", "--anisotropy", "-0.8"]].concat()));
     for (flags, part) in [
-        (&["--mode", "path", "--iso", "0.5"][..], "--mode path is for volumes alone"),
-        (&["--mode", "path", "--engine", "query"], "--mode path is for volumes alone"),
+        (&["--mode", "path", "--iso", "0.5"][..], "--mode path is for one field alone"),
+        (&["--mode", "path", "--engine", "query"], "--mode path is for one field alone"),
         (&["--mode", "path", "--albedo", "2"], "albedo is 2, expected a number from 0 to 1"),
         (&["--anisotropy", "0.5"], "add --mode path"),
     ] {
@@ -169,6 +201,7 @@ fn scene_files_give_the_same_picture() {
     let alternatives = [
         &["--size", "16", "--mode", "path", "--spp", "2", "--albedo", "0.5", "--orthographic"][..],
         &["--size", "16", "--panorama", "--tf", "magma", "--range", "0.2,0.9"],
+        &["--size", "16", "--color-by", "temperature:plasma:1,4", "--overlay", "temperature:::0.5"],
         &["--size", "16", "--stereo", "0.1", "--engine", "query", "--preintegrate", "off"],
         &["--size", "16", "--max-level", "0", "--layout", "in-place", "--every-cell", "--fovy", "20"],
     ];

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::hierarchy::{Field, Hierarchy, IndexBox, Normalisation, Voxel, with_voxels};
 use crate::index::{Index, ValueRanges};
-use crate::layout::{InPlacePlan, Layout, Padded, normalisation, padded_bytes};
+use crate::layout::{InPlacePlan, Layout, Padded, PieceNode, normalisation, padded_bytes};
 use crate::reconstruction::{AnySampler, Method, PacketSampler, Sampler, ValueAndGradient};
 
 /// Points that a thread samples at a time.
@@ -98,6 +98,14 @@ impl Volume {
         match layout {
             Layout::Padded => _ = self.padded(),
             Layout::InPlace => _ = self.in_place(),
+        }
+    }
+
+    /// The tree of all pieces of regions, in a layout. Trees of volumes of one index differ in values alone.
+    pub(crate) fn pieces(&self, layout: Layout) -> &[PieceNode] {
+        match layout {
+            Layout::Padded => &self.padded().pieces,
+            Layout::InPlace => &self.in_place().pieces,
         }
     }
 

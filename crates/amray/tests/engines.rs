@@ -164,6 +164,8 @@ fn pictures_of_random_meshes_are_those_of_single_rays() {
 fn what_is_spared_is_not_seen() {
     let with_holes = random_mesh(3, Shape { base: [12, 16], holes: true, ..Shape::default() });
     for method in Method::ALL {
+        // Bends along diagonals alone.
+        let twisted = of_centers(nested(16, 3, 8), method, |[x, y, z]| (x * y + z) / 2.0);
         let nested = of_centers(nested(8, 3, 4), method, smooth);
         let holes = of_centers(with_holes.clone(), method, |point| smooth(in_unit_cube(&with_holes, point)));
         let noises = [3, 5, 6].map(|seed| random_view(seed, method));
@@ -172,6 +174,8 @@ fn what_is_spared_is_not_seen() {
             // Faint enough for long steps.
             Shot { volume: &holes, function: extinction(&[(0.4, 0.05), (1.0, 0.1)]), viewpoint: oblique(&holes) },
         ];
+        let function = extinction(&[(0.2, 0.0), (0.6, 40.0), (0.8, 0.0)]);
+        shots.push(Shot { volume: &twisted, function, viewpoint: oblique(&twisted) });
         for (volume, viewpoint) in &noises {
             let function = extinction(&[(0.6, 0.0), (0.9, 3.0), (1.0, 0.0)]);
             shots.push(Shot { volume, function, viewpoint: *viewpoint });

@@ -78,7 +78,8 @@ fn levels_do_not_show_on_smooth_data() {
     let coarse_error = largest(&film(nested(32, 1, 16), Method::Basis), &fine);
     for method in [Method::Blend, Method::Basis, Method::Prolong] {
         let error = largest(&film(nested(32, 2, 16), method), &fine);
-        assert!(error <= coarse_error, "{method}: {error}, coarse cells alone {coarse_error}");
+        // But for rounding: the largest error may be the same coarse cells'.
+        assert!(error <= coarse_error + 1e-6, "{method}: {error}, coarse cells alone {coarse_error}");
     }
     assert!(coarse_error < 2.0 / 255.0, "{coarse_error}");
 }

@@ -18,6 +18,7 @@ use crate::annotations::AnnotationArguments;
 use crate::appearance::AppearanceArguments;
 use crate::clips::ClipArguments;
 use crate::data::{DataSection, absolute};
+use crate::fields::FieldArguments;
 use crate::json_file;
 use crate::lighting::LightingArguments;
 use crate::mode::ModeArguments;
@@ -50,6 +51,9 @@ pub(crate) struct SceneDocument {
     /// Colours and opacities of values.
     #[command(flatten)]
     pub(crate) appearance: AppearanceArguments,
+    /// Which other fields are seen.
+    #[command(flatten)]
+    pub(crate) fields: FieldArguments,
     /// What lights it.
     #[command(flatten)]
     pub(crate) lighting: LightingArguments,
@@ -119,10 +123,11 @@ impl SceneDocument {
     fn for_each_path(&mut self, mut change: impl FnMut(&mut PathBuf)) {
         self.data.path.iter_mut().for_each(&mut change);
         self.appearance.path_mut().into_iter().for_each(&mut change);
+        self.fields.paths_mut().for_each(&mut change);
         self.surfaces.paths_mut().for_each(change);
     }
 
-    /// This document; what it leaves open is as in `others`. Surfaces, lights and clips of one kind are not mixed: those of
+    /// This document; what it leaves open is as in `others`. Other fields, surfaces, lights and clips of one kind are not mixed: those of
     /// this document, if it has any.
     pub(crate) fn or(self, others: Self) -> Self {
         Self {
@@ -130,6 +135,7 @@ impl SceneDocument {
             data: self.data.or(others.data),
             camera: self.camera.or(&others.camera),
             appearance: self.appearance.or(others.appearance),
+            fields: self.fields.or(others.fields),
             lighting: self.lighting.or(others.lighting),
             surfaces: self.surfaces.or(others.surfaces),
             clips: self.clips.or(others.clips),
@@ -190,6 +196,11 @@ mod tests {
                 r#"{"version": 1, "appearance": {"tf": {"colors": [], "opacities": [], "extinctions": []}}}"#,
                 "appearance.tf: extinctions beside opacities, expected one of them",
             ),
+            (
+                r#"{"version": 1, "fields": {"overlay": [{"appearance": {}}]}}"#,
+                "fields.overlay[0]: missing field `field`",
+            ),
+            (r#"{"version": 1, "fields": {"color_by": {"field": "a", "opacity": -1}}}"#, "fields.color_by.opacity: "),
             (r#"{"version": 1, "colour": 3}"#, "colour: unknown field `colour`, expected one of"),
             (r#"{"version": 1, "camera": {"eye": [1, 2]}}"#, "camera.eye: invalid length 2"),
             (r#"{"version": 1, "camera": {"fovy": 200}}"#, "camera.fovy: expected an angle above 0 and below 180"),

@@ -179,6 +179,12 @@ impl TransferFunction {
         Ok(scaled)
     }
 
+    /// The same colours with an extinction of 1 everywhere.
+    pub(crate) fn colors_alone(&self) -> Self {
+        let opacity = Opacity::Extinction(vec![OpacityPoint { value: self.range()[0], opacity: 1.0 }]);
+        Self { opacity, ..self.clone() }
+    }
+
     /// The same function with all opacities (or extinctions) multiplied by `factor`, opacities at most 1.
     ///
     /// # Panics

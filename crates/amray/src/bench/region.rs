@@ -99,7 +99,7 @@ impl<'a> RegionSampler<'a> {
         let volume = self.volume;
         let padded = volume.padded();
         let sampler = volume.packet_sampler();
-        let values = PaddedValues { field: &padded.field, plan: &padded.plan, sampler: &sampler };
+        let values = PaddedValues::new(padded, &sampler);
         InstructionSet::best().run(Samples { values, ways: &self.ways })
     }
 }

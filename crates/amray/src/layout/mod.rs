@@ -1,6 +1,7 @@
 //! How values lie in memory for marching, and how regions are sampled there with no search: padded copies of all bricks,
 //! or the values where they are.
 
+mod either;
 mod in_place;
 mod normalisation;
 mod padded;
@@ -13,6 +14,7 @@ use crate::index::Index;
 use crate::reconstruction::{AnySampler, LaneNumber, ValuesAndGradients};
 use crate::simd::{Floats, Gather, LANES, Mask};
 
+pub(crate) use either::EitherValues;
 pub(crate) use in_place::{InPlace, InPlacePlan};
 pub(crate) use normalisation::normalisation;
 pub use padded::padded_bytes;

@@ -119,8 +119,7 @@ impl Case {
         for method in Method::ALL {
             let volume = self.volume(method);
             let sampler = &volume.packet_sampler();
-            let Padded { field, plan, .. } = volume.padded();
-            let padded = PaddedValues { field, plan, sampler };
+            let padded = PaddedValues::new(volume.padded(), sampler);
             self.check_values("padded", &volume, &padded, (random, on_faces))?;
             let in_place = InPlace { plan: volume.in_place(), sampler };
             self.check_values("in place", &volume, &in_place, (random, on_faces))?;

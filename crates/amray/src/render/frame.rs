@@ -1,28 +1,33 @@
 //! One picture: what all packets share, and the packets of one tile.
 
+use std::sync::Arc;
+
 use super::clip::{Clipped, Clips};
-use super::lit::{Density, Lamps, Lattices, LitMarch, Obstacles, Occlusion};
-use super::march::{Footprint, How, March, Single, Steep, lengths};
+use super::lit::{Density, Lamps, Lattices, LitMarch, Obstacles, Occluders, Occlusion};
+use super::march::{Footprint, How, March, Several, Single, Sloped, Steep, lengths};
 use super::packet::{PACKETS, Packet, SIDE};
 use super::query::Query;
 use super::surface::{SurfacePlan, Surfaces, WithSurfaces};
 use super::traverse::Span;
-use super::visibility::{NodeLook, Visibility, steps};
-use super::{Engine, Layout, RenderOptions, RenderStatistics, Trace};
+use super::visibility::{NodeLook, SeenField, Visibility, steps};
+use super::{Engine, Integration, Layout, RenderOptions, RenderStatistics, Trace};
 use crate::Volume;
-use crate::appearance::{Radiance, Segments};
+use crate::appearance::{PreparedTransferFunction, Radiance, Segments, TransferFunction};
 use crate::hierarchy::Level;
-use crate::layout::{InPlace, InPlacePlan, Padded, PaddedValues, PieceNode, RegionValues};
+use crate::layout::{EitherValues, InPlace, PaddedValues, RegionValues};
 use crate::reconstruction::AnySampler;
-use crate::scene::{Lighting, PictureRays, Scene, Shading};
+use crate::scene::{Lighting, MOST_FIELDS, PictureRays, Scene, Shading, ShownField};
 use crate::simd::{Doubles, Floats, Gather, InstructionSet, Kernel, LANES, Mask, SHORT_TABLES};
 use fearless_simd::prelude::*;
 
 /// What a picture needs besides its rays.
 pub(super) struct Frame<'a> {
     volume: &'a Volume,
-    segments: Segments,
-    source: Source<'a>,
+    /// The volume's, what is seen with it, and last what gives it its colours, if anything does.
+    fields: Vec<ShownValues<'a>>,
+    is_colored: bool,
+    /// How the nodes of the fields' trees of pieces look: none for asking for every sample.
+    looks: Vec<NodeLook>,
     /// Per level, the step over that on level 0; as long as a short table.
     steps: Vec<f32>,
     lamps: Lamps,
@@ -40,14 +45,41 @@ pub(super) struct Frame<'a> {
     phase: f64,
 }
 
-/// Where samples come from.
-enum Source<'a> {
-    /// Marching through a padded copy.
-    Padded { padded: &'a Padded, looks: Vec<NodeLook>, sampler: AnySampler<'a> },
-    /// Marching through values where they are.
-    InPlace { plan: &'a InPlacePlan, looks: Vec<NodeLook>, sampler: AnySampler<'a> },
-    /// Asking for every sample.
-    Query(AnySampler<'a>),
+/// A field whose values rays look up.
+struct ShownValues<'a> {
+    volume: &'a Volume,
+    function: PreparedTransferFunction,
+    segments: Segments,
+    sampler: AnySampler<'a>,
+}
+
+impl<'a> ShownValues<'a> {
+    fn new(volume: &'a Volume, function: PreparedTransferFunction) -> Self {
+        let normalisation = volume.normalisation();
+        let segments = Segments::new(&function, normalisation.low, normalisation.scale.recip());
+        Self { volume, function, segments, sampler: volume.packet_sampler() }
+    }
+
+    /// What decides which of the values are visible.
+    fn visible(&self, layout: Layout) -> SeenField<'_> {
+        SeenField {
+            function: &self.function,
+            segments: &self.segments,
+            pieces: self.volume.pieces(layout),
+            normalisation: self.volume.normalisation(),
+        }
+    }
+
+    /// The values of a layout under the transfer function.
+    fn either(&self, layout: Layout, integration: Integration) -> Single<'_, EitherValues<'_>> {
+        self.seen(EitherValues::new(self.volume, layout, &self.sampler), integration)
+    }
+
+    /// The values under the transfer function.
+    fn seen<V: RegionValues>(&self, values: V, integration: Integration) -> Single<'_, V> {
+        let how = How { segments: &self.segments, integration, is_finite: values.is_finite() };
+        Single { values, how }
+    }
 }
 
 /// A rectangle of pixels.
@@ -60,44 +92,45 @@ pub(super) struct Tile {
 impl<'a> Frame<'a> {
     pub(super) fn new(scene: &'a Scene<'a>, options: &RenderOptions) -> Self {
         let volume = scene.volume;
-        let function = scene.transfer_function.prepared(scene.unit_distance);
-        let normalisation = volume.normalisation();
-        let segments = Segments::new(&function, normalisation.low, normalisation.scale.recip());
-        let looks = |pieces| {
-            let adaptive = options.adaptive;
-            let is_lit = scene.lighting.dims_volumes();
-            Visibility::new(volume, (pieces, normalisation), &function, &segments, adaptive, is_lit).looks()
+        check_fields(scene);
+        let prepared = |function: &TransferFunction| function.prepared(scene.unit_distance);
+        let mut fields = vec![ShownValues::new(volume, prepared(&scene.transfer_function))];
+        let overlays = scene.overlays.iter();
+        fields.extend(overlays.map(|field| ShownValues::new(field.volume, prepared(&field.transfer_function))));
+        let layout = match options.engine {
+            Engine::March(layout) => Some(layout),
+            Engine::Query => None,
         };
-        let source = match options.engine {
-            Engine::March(Layout::Padded) => {
-                let padded = volume.padded();
-                Source::Padded { padded, looks: looks(&padded.pieces), sampler: volume.packet_sampler() }
-            }
-            Engine::March(Layout::InPlace) => {
-                let plan = volume.in_place();
-                Source::InPlace { plan, looks: looks(&plan.pieces), sampler: volume.packet_sampler() }
-            }
-            Engine::Query => Source::Query(volume.packet_sampler()),
-        };
+        let dims_volumes = scene.lighting.dims_volumes();
+        let looks = layout.map_or_else(Vec::new, |layout| {
+            let seen = fields.iter().map(|field| field.visible(layout)).collect();
+            Visibility::new(volume, seen, scene.colors.is_some(), options.adaptive, dims_volumes).looks()
+        });
         let mut steps: Vec<f32> = steps(volume.index()).into_iter().map(|step| step as f32).collect();
         let coarsest = steps[0];
         steps.resize(steps.len().next_multiple_of(SHORT_TABLES[0]), coarsest);
         let hierarchy = volume.hierarchy();
-        let pieces = match &source {
-            Source::Padded { padded, .. } => Some(&*padded.pieces),
-            Source::InPlace { plan, .. } => Some(&*plan.pieces),
-            Source::Query(_) => None,
-        };
-        let lattices = pieces.filter(|_| scene.lighting.dims_volumes()).map(|pieces| {
-            let density = Density { pieces, normalisation, function };
-            Lattices::new(volume.index(), vec![density], &scene.lighting, options.samples_per_cell)
+        let lattices = layout.filter(|_| dims_volumes).map(|layout| {
+            let density = |ShownValues { volume, function, .. }: &ShownValues<'a>| Density {
+                pieces: volume.pieces(layout),
+                normalisation: volume.normalisation(),
+                function: function.clone(),
+            };
+            let densities = fields.iter().map(density).collect();
+            Lattices::new(volume.index(), densities, &scene.lighting, options.samples_per_cell)
         });
-        let surfaces = pieces.and_then(|pieces| SurfacePlan::new(volume, &scene.surfaces, pieces));
+        // No extinction of its own.
+        fields.extend(scene.colors.iter().map(|field| {
+            let function = prepared(&field.transfer_function.colors_alone());
+            ShownValues::new(field.volume, function)
+        }));
+        let surfaces = layout.and_then(|layout| SurfacePlan::new(volume, &scene.surfaces, volume.pieces(layout)));
         let cells = |level: &Level| level.cell_size().map(|size| (hierarchy.longest_side() / size) as f32);
         Self {
             volume,
-            segments,
-            source,
+            fields,
+            is_colored: scene.colors.is_some(),
+            looks,
             steps,
             lamps: Lamps::new(&scene.lighting, hierarchy),
             lattices,
@@ -115,18 +148,14 @@ impl<'a> Frame<'a> {
 
     /// The tile's pixels, row by row.
     pub(super) fn tile(&self, tile: Tile) -> (Vec<[f32; 4]>, RenderStatistics) {
-        match &self.source {
-            Source::Padded { padded: Padded { field, plan, pieces }, looks, sampler } => {
-                let values = PaddedValues { field, plan, sampler };
-                self.march(tile, values, (pieces, looks))
-            }
-            Source::InPlace { plan, looks, sampler } => {
-                let values = InPlace { plan, sampler };
-                self.march(tile, values, (&plan.pieces, looks))
-            }
-            Source::Query(sampler) => {
-                let Self { segments, steps, options: RenderOptions { integration, .. }, .. } = self;
-                let integration = *integration;
+        let field = &self.fields[0];
+        let ShownValues { volume, segments, sampler, .. } = field;
+        match self.options.engine {
+            Engine::March(layout) if self.fields.len() > 1 => self.march_several(tile, layout),
+            Engine::March(Layout::Padded) => self.march(tile, field, PaddedValues::new(volume.padded(), sampler)),
+            Engine::March(Layout::InPlace) => self.march(tile, field, InPlace { plan: volume.in_place(), sampler }),
+            Engine::Query => {
+                let (steps, integration) = (&self.steps, self.options.integration);
                 match sampler {
                     AnySampler::F32(sampler) => {
                         self.run(tile, &self.clipped(&Query { sampler, segments, integration, steps }))
@@ -142,40 +171,58 @@ impl<'a> Frame<'a> {
     fn march<V: RegionValues + Copy>(
         &self,
         tile: Tile,
+        field: &ShownValues,
         values: V,
-        (pieces, looks): (&[PieceNode], &[NodeLook]),
     ) -> (Vec<[f32; 4]>, RenderStatistics) {
-        let RenderOptions { integration, adaptive, samples_per_cell, .. } = self.options;
-        let footprint = if adaptive { self.rays.footprint(samples_per_cell) } else { Footprint::NONE };
-        let how = How { segments: &self.segments, integration, is_finite: values.is_finite() };
-        let single = Single { values, how };
-        let march = March { medium: single, pieces, looks, footprint };
-        let clips = &self.clips;
+        let single = field.seen(values, self.options.integration);
+        self.shade(tile, single, Steep { single, cells: &self.cells }, values)
+    }
+
+    fn march_several(&self, tile: Tile, layout: Layout) -> (Vec<[f32; 4]>, RenderStatistics) {
+        let fields: Vec<_> = self.fields.iter().map(|field| field.either(layout, self.options.integration)).collect();
+        let several = Several { fields: &fields, is_colored: self.is_colored, cells: None };
+        self.shade(tile, several, Several { cells: Some(&self.cells), ..several }, fields[0].values)
+    }
+
+    /// Marches through a medium as it is lit: `plain` where gradients do not matter, or `steep`. Isosurfaces are found in
+    /// `values`.
+    fn shade<M: Sloped + Copy, V: RegionValues + Copy>(
+        &self,
+        tile: Tile,
+        plain: M,
+        steep: impl Sloped,
+        values: V,
+    ) -> (Vec<[f32; 4]>, RenderStatistics) {
+        let Self { looks, clips, lamps, options: RenderOptions { engine, adaptive, samples_per_cell, .. }, .. } = self;
+        let Engine::March(layout) = *engine else { unreachable!("only marching has looks") };
+        let pieces = self.volume.pieces(layout);
+        let footprint = if *adaptive { self.rays.footprint(*samples_per_cell) } else { Footprint::NONE };
+        let march = March { medium: plain, pieces, looks, footprint };
         let surfaces = self.surfaces.as_ref().map(|plan| Surfaces { plan, values, pieces, clips });
         let occlusion = self.lighting.may_be_missing().then(|| {
-            let march = March { medium: single, pieces, looks, footprint: Footprint::OCCLUDERS };
+            let march = March { medium: plain, pieces, looks, footprint: Footprint::OCCLUDERS };
             let obstacles = Obstacles { march, surfaces, clips };
-            Occlusion::new(obstacles, self.volume.index(), &self.lamps, self.lighting, samples_per_cell)
+            Occlusion::new(obstacles, self.volume.index(), lamps, self.lighting, *samples_per_cell)
         });
         let occlusion = occlusion.as_ref();
-        let (lamps, shadows) = (&self.lamps, self.lattices.as_ref().zip(occlusion));
+        let shadows = self.lattices.as_ref().zip(occlusion);
         match self.lighting.shading {
             Shading::Emissive => self.among(tile, &march, surfaces, occlusion),
             Shading::Isotropic => self.among(tile, &LitMarch { march, lamps, shadows }, surfaces, occlusion),
             Shading::Gradient(_) => {
-                let march = March { medium: Steep { single, cells: &self.cells }, pieces, looks, footprint };
+                let march = March { medium: steep, pieces, looks, footprint };
                 self.among(tile, &LitMarch { march, lamps, shadows }, surfaces, occlusion)
             }
         }
     }
 
     /// Runs an engine, among surfaces if there are any.
-    fn among<E: Trace, V: RegionValues + Copy>(
+    fn among<E: Trace, V: RegionValues + Copy, O: Occluders>(
         &self,
         tile: Tile,
         engine: &E,
         surfaces: Option<Surfaces<V>>,
-        occlusion: Option<&Occlusion<Obstacles<V>>>,
+        occlusion: Option<&Occlusion<O>>,
     ) -> (Vec<[f32; 4]>, RenderStatistics) {
         let engine = &self.clipped(engine);
         match surfaces {
@@ -191,6 +238,16 @@ impl<'a> Frame<'a> {
 
     fn run<E: Trace>(&self, tile: Tile, engine: &E) -> (Vec<[f32; 4]>, RenderStatistics) {
         self.instructions.run(TileKernel { frame: self, engine, tile })
+    }
+}
+
+/// Finds fields that cannot be shown together.
+fn check_fields(scene: &Scene) {
+    let others: Vec<&ShownField> = scene.overlays.iter().chain(&scene.colors).collect();
+    assert!(others.len() < MOST_FIELDS, "{} fields beside the volume, at most {}", others.len(), MOST_FIELDS - 1);
+    for ShownField { volume, .. } in others {
+        let is_alike = Arc::ptr_eq(volume.index(), scene.volume.index()) && volume.method() == scene.volume.method();
+        assert!(is_alike, "field {} has another index or method than the volume", volume.field().name());
     }
 }
 

@@ -182,7 +182,8 @@ trait Trace: Sync {
 /// 0 to 1, from several threads.
 ///
 /// # Panics
-/// Where the scene's unit distance is not a positive finite number.
+/// Where the scene's unit distance is not a positive finite number, and where its fields are more than [`MOST_FIELDS`](crate::scene::MOST_FIELDS) or
+/// not of one index and method.
 pub fn render(scene: &Scene, options: &RenderOptions, progress: &(dyn Fn(f64) + Sync)) -> (Film, RenderStatistics) {
     let [width, height] = options.size;
     let tiles: Vec<Tile> = (0..height)

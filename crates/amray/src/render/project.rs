@@ -86,7 +86,7 @@ pub fn project(
     let values = match layout {
         Layout::Padded => {
             let padded = volume.padded();
-            let values = PaddedValues { field: &padded.field, plan: &padded.plan, sampler };
+            let values = PaddedValues::new(padded, sampler);
             let looks = looks(&padded.pieces, |node| no_values(node.range));
             let walk = Walk { values, index, pieces: &padded.pieces, looks: &looks, method };
             Projector { volume, rays, walk, reduction }.rows(size, progress)

@@ -20,6 +20,18 @@ pub use look::{Look, LookError};
 pub use outline::{Outline, level_color, outline_mesh};
 pub use surface::{Paint, Shape, Surface};
 
+/// The most fields that a scene shows, its volume's and those that it is coloured by included.
+pub const MOST_FIELDS: usize = 4;
+
+/// A field that a scene shows besides its volume, of the same index and with the same method.
+#[derive(Clone, Debug)]
+pub struct ShownField<'a> {
+    /// The data.
+    pub volume: &'a Volume,
+    /// Value to colour and opacity.
+    pub transfer_function: TransferFunction,
+}
+
 /// Everything that decides what a picture shows.
 #[derive(Clone, Debug)]
 pub struct Scene<'a> {
@@ -27,7 +39,13 @@ pub struct Scene<'a> {
     pub volume: &'a Volume,
     /// Value to colour and opacity.
     pub transfer_function: TransferFunction,
-    /// The length, in world units, that the transfer function's opacities refer to: positive and finite.
+    /// What gives the volume its colours, if not its own transfer function: the colours of another field's values.
+    /// Where these are not a number, the volume is not seen.
+    /// [`Engine::Query`](crate::render::Engine::Query) leaves it out, and overlays.
+    pub colors: Option<ShownField<'a>>,
+    /// Fields that are seen together with the volume: at each place extinctions add up, and so does what they give off.
+    pub overlays: Vec<ShownField<'a>>,
+    /// The length, in world units, that the transfer functions' opacities refer to: positive and finite.
     pub unit_distance: f64,
     /// From where it is seen.
     pub camera: Camera,
@@ -45,6 +63,8 @@ impl<'a> Scene<'a> {
         Self {
             volume,
             transfer_function,
+            colors: None,
+            overlays: Vec::new(),
             unit_distance,
             camera,
             lighting: Lighting::default(),

@@ -5,7 +5,7 @@ use fearless_simd::prelude::*;
 
 use super::super::{RegionFrame, RegionValues, queried};
 use super::plan::{Combination, OtherAxis, OtherBrick, PaddedBrick, Plan, RegionPlan};
-use super::{FLAG, HOLE, PaddedField};
+use super::{FLAG, HOLE, Padded, PaddedField};
 use crate::reconstruction::{AnySampler, LaneNumber, Method, linear_weights, made_whole};
 use crate::simd::{Floats, Gather, Integers, Mask, Naturals};
 
@@ -16,6 +16,13 @@ pub(crate) struct PaddedValues<'a> {
     pub(crate) plan: &'a Plan,
     /// For borders of methods without a better way.
     pub(crate) sampler: &'a AnySampler<'a>,
+}
+
+impl<'a> PaddedValues<'a> {
+    /// A padded copy's values; `sampler` is its volume's.
+    pub(crate) fn new(Padded { field, plan, .. }: &'a Padded, sampler: &'a AnySampler<'a>) -> Self {
+        Self { field, plan, sampler }
+    }
 }
 
 /// Where sixteen points lie in a brick.

@@ -53,13 +53,25 @@ impl Block<'_> {
                 let (own, left, right) = (line(start), line(start - 1), line(start + 1));
                 let (front, back) = (line(start - row), line(start + row));
                 let (below, above) = (line(start - slice), line(start + slice));
+                // Along diagonals values bend as far as slopes across one axis change along another.
+                let corners = [
+                    (right, back, start + 1 + row),
+                    (right, above, start + 1 + slice),
+                    (back, above, start + row + slice),
+                ]
+                .map(|(a, b, both)| (a, b, line(both)));
                 for x in 0..length {
                     // Beside a hole, values go on as they are.
                     let difference = |other: f32| if other.is_nan() { 0.0 } else { other - own[x] };
                     let along = |low: f32, high: f32| {
                         if counts(low) && counts(high) { (difference(low) + difference(high)).abs() } else { 0.0 }
                     };
-                    let bend = along(left[x], right[x]) + along(front[x], back[x]) + along(below[x], above[x]);
+                    let mut bend = along(left[x], right[x]) + along(front[x], back[x]) + along(below[x], above[x]);
+                    for (a, b, both) in &corners {
+                        let [a, b, both] = [a[x], b[x], both[x]];
+                        let twist = if counts(a) && counts(b) && counts(both) { both - a - b + own[x] } else { 0.0 };
+                        bend += if twist.is_nan() { 0.0 } else { twist.abs() };
+                    }
                     roughness = if bend > roughness && counts(own[x]) { bend } else { roughness };
                 }
             }

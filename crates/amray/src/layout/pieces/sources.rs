@@ -105,8 +105,8 @@ impl<T: Voxel> Source for BrickPieces<'_, T> {
             piece.range = self.ranges.region(region).map(|value| self.normalisation.apply(value.into()));
         }
         if sides.iter().any(|&side| side < 3) {
-            // Nothing is known of how values go on: each of three second differences is at most twice the range.
-            piece.roughness = piece.roughness.max(6.0 * (piece.range[1] - piece.range[0]).max(0.0));
+            // Nothing is known of how values go on: each of six second differences is at most twice the range.
+            piece.roughness = piece.roughness.max(12.0 * (piece.range[1] - piece.range[0]).max(0.0));
         } else if !inside && self.meets_other_levels(level, cells, size) {
             // Across the face, values of smaller or larger cells are about as far away as the brick's own.
             piece.roughness += block.steepest();

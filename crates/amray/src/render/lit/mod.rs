@@ -16,8 +16,7 @@ use crate::simd::{Floats, Gather, Mask};
 pub(super) use lamps::{Lamps, Reflector};
 use lattice::LightHere;
 pub(super) use lattice::{Density, Lattices};
-use occlusion::Occluders;
-pub(super) use occlusion::{Arriving, Asked, Kind, Obstacles, Occlusion};
+pub(super) use occlusion::{Arriving, Asked, Kind, Obstacles, Occluders, Occlusion};
 
 /// Marches through a volume that reflects light.
 pub(super) struct LitMarch<'a, M, O> {

@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 
 use super::super::RenderStatistics;
 use super::super::clip::{Clips, Parts};
-use super::super::march::{Dimming, March, Single};
+use super::super::march::{Dimming, March, Medium};
 use super::super::packet::{Bundle, PACKETS, Packet, Packets};
 use super::super::surface::Surfaces;
 use super::super::traverse::{Span, Stack};
@@ -28,14 +28,14 @@ pub(in super::super) trait Occluders: Sync {
     );
 }
 
-/// A volume with surfaces in it.
-pub(in super::super) struct Obstacles<'a, V> {
-    pub(in super::super) march: March<'a, Single<'a, V>>,
+/// A medium with surfaces in it.
+pub(in super::super) struct Obstacles<'a, M, V> {
+    pub(in super::super) march: March<'a, M>,
     pub(in super::super) surfaces: Option<Surfaces<'a, V>>,
     pub(in super::super) clips: &'a Clips,
 }
 
-impl<V: RegionValues + Copy> Occluders for Obstacles<'_, V> {
+impl<M: Medium, V: RegionValues + Copy> Occluders for Obstacles<'_, M, V> {
     #[inline(always)]
     fn dim<S: Gather>(
         &self,

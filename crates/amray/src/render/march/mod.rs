@@ -3,6 +3,7 @@
 mod collect;
 mod course;
 mod medium;
+mod several;
 mod steep;
 
 use fearless_simd::prelude::*;
@@ -19,6 +20,7 @@ pub(super) use collect::{Collector, Dimming, Glowing, clear};
 use course::Course;
 pub(super) use course::{Footprint, LocalRays};
 pub(super) use medium::{How, Interval, Medium, Points, Single};
+pub(super) use several::Several;
 pub(super) use steep::{Sloped, Steep};
 
 /// Everything that the packets of a picture share.

@@ -33,18 +33,68 @@ pub(in super::super) struct Steep<'a, V> {
 /// A place with the gradient there.
 #[derive(Clone, Copy)]
 pub(in super::super) struct SteepPlace<S: Gather> {
-    place: Place<S>,
-    gradient: [Floats<S>; 3],
+    pub(super) place: Place<S>,
+    pub(super) gradient: [Floats<S>; 3],
+}
+
+impl<S: Gather> SteepPlace<S> {
+    /// No place.
+    #[inline(always)]
+    pub(super) fn nowhere(simd: S) -> Self {
+        Self { place: Place::nowhere(simd), gradient: [Floats::splat(simd, 0.0); 3] }
+    }
+
+    /// `yes` where the mask is set, else `no`.
+    #[inline(always)]
+    pub(super) fn select(mask: Mask<S>, yes: Self, no: Self) -> Self {
+        let mut selected = Self { place: Place::select(mask, yes.place, no.place), ..no };
+        for axis in 0..3 {
+            selected.gradient[axis] = mask.select(yes.gradient[axis], no.gradient[axis]);
+        }
+        selected
+    }
+}
+
+/// The gradient between two samples.
+#[inline(always)]
+pub(super) fn between<S: Gather>([from, to]: [&[Floats<S>; 3]; 2]) -> [Floats<S>; 3] {
+    let mut sum = *from;
+    for axis in 0..3 {
+        sum[axis] = (sum[axis] + to[axis]) * 0.5;
+    }
+    sum
+}
+
+impl<V: RegionValues> Single<'_, V> {
+    /// Samples with their gradients; `cells` are, per level, the domain's longest side over the cell size.
+    #[inline(always)]
+    pub(super) fn sample_with_gradient<S: Gather>(
+        &self,
+        simd: S,
+        region: usize,
+        here: &SingleHere<S>,
+        (point, points): ([Floats<S>; 3], Points<S>),
+        cells: &[[f32; 3]],
+    ) -> SteepPlace<S> {
+        let Single { values, how } = self;
+        let ValuesAndGradients { values, gradients: mut gradient } = match points {
+            Points::Pure => values.pure_with_gradient(simd, region, point),
+            Points::Anywhere(active) => values.anywhere_with_gradient(simd, region, point, active),
+        };
+        let place = how.segments.place(simd, values, here.window);
+        let slope = how.segments.position_slope(simd, values);
+        let cells = &cells[usize::from(self.frame(region).level.unwrap_or(0))];
+        for axis in 0..3 {
+            gradient[axis] *= slope * Floats::splat(simd, cells[axis]);
+        }
+        SteepPlace { place, gradient }
+    }
 }
 
 impl<V: RegionValues> Sloped for Steep<'_, V> {
     #[inline(always)]
     fn gradient<S: Gather>(_simd: S, [from, to]: [&SteepPlace<S>; 2]) -> [Floats<S>; 3] {
-        let mut sum = from.gradient;
-        for axis in 0..3 {
-            sum[axis] = (sum[axis] + to.gradient[axis]) * 0.5;
-        }
-        sum
+        between([&from.gradient, &to.gradient])
     }
 }
 
@@ -64,16 +114,12 @@ impl<V: RegionValues> Medium for Steep<'_, V> {
 
     #[inline(always)]
     fn nothing<S: Gather>(&self, simd: S) -> SteepPlace<S> {
-        SteepPlace { place: Place::nowhere(simd), gradient: [Floats::splat(simd, 0.0); 3] }
+        SteepPlace::nowhere(simd)
     }
 
     #[inline(always)]
     fn select<S: Gather>(mask: Mask<S>, yes: SteepPlace<S>, no: SteepPlace<S>) -> SteepPlace<S> {
-        let mut selected = SteepPlace { place: Place::select(mask, yes.place, no.place), ..no };
-        for axis in 0..3 {
-            selected.gradient[axis] = mask.select(yes.gradient[axis], no.gradient[axis]);
-        }
-        selected
+        SteepPlace::select(mask, yes, no)
     }
 
     #[inline(always)]
@@ -90,18 +136,7 @@ impl<V: RegionValues> Medium for Steep<'_, V> {
         point: [Floats<S>; 3],
         points: Points<S>,
     ) -> SteepPlace<S> {
-        let Single { values, how } = &self.single;
-        let ValuesAndGradients { values, gradients: mut gradient } = match points {
-            Points::Pure => values.pure_with_gradient(simd, region, point),
-            Points::Anywhere(active) => values.anywhere_with_gradient(simd, region, point, active),
-        };
-        let place = how.segments.place(simd, values, here.window);
-        let slope = how.segments.position_slope(simd, values);
-        let cells = &self.cells[usize::from(self.frame(region).level.unwrap_or(0))];
-        for axis in 0..3 {
-            gradient[axis] *= slope * Floats::splat(simd, cells[axis]);
-        }
-        SteepPlace { place, gradient }
+        self.single.sample_with_gradient(simd, region, here, (point, points), self.cells)
     }
 
     #[inline(always)]

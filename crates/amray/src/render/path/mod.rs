@@ -61,6 +61,9 @@ pub enum PathError {
     /// A medium that scatters less than nothing, or more than it meets.
     #[error("albedo is {0}, expected a number from 0 to 1")]
     Albedo(f64),
+    /// Other fields beside the volume.
+    #[error("the scene shows several fields, expected one: paths know no others yet")]
+    SeveralFields,
     /// A light that cannot be.
     #[error(transparent)]
     Lighting(#[from] LightingError),
@@ -169,6 +172,9 @@ impl<'a> PathTracer<'a> {
         }
         if !(0.0..=1.0).contains(&path.albedo) {
             return Err(PathError::Albedo(path.albedo));
+        }
+        if scene.colors.is_some() || !scene.overlays.is_empty() {
+            return Err(PathError::SeveralFields);
         }
         scene.lighting.check()?;
         let volume = scene.volume;

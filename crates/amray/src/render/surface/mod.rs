@@ -9,7 +9,7 @@ mod shade;
 use fearless_simd::prelude::*;
 
 use super::clip::Clips;
-use super::lit::{Lamps, Obstacles, Occlusion};
+use super::lit::{Lamps, Occluders, Occlusion};
 use super::march::clear;
 use super::packet::{PACKETS, Packets};
 use super::traverse::{Span, Stack};
@@ -35,15 +35,15 @@ pub(super) struct Surfaces<'a, V> {
 }
 
 /// An engine with surfaces in its way.
-pub(super) struct WithSurfaces<'a, E, V> {
+pub(super) struct WithSurfaces<'a, E, V, O> {
     pub(super) engine: &'a E,
     pub(super) surfaces: Surfaces<'a, V>,
     pub(super) lamps: &'a Lamps,
     /// `None` where all light arrives.
-    pub(super) occlusion: Option<&'a Occlusion<'a, Obstacles<'a, V>>>,
+    pub(super) occlusion: Option<&'a Occlusion<'a, O>>,
 }
 
-impl<E: Trace, V: RegionValues + Copy> Trace for WithSurfaces<'_, E, V> {
+impl<E: Trace, V: RegionValues + Copy, O: Occluders> Trace for WithSurfaces<'_, E, V, O> {
     type Scratch<S: Gather> = (E::Scratch<S>, (Stack<S>, Layers));
 
     #[inline(always)]

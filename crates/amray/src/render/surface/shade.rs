@@ -4,7 +4,7 @@ use amray_mesh::Hit;
 use fearless_simd::prelude::*;
 
 use super::super::RenderStatistics;
-use super::super::lit::{Arriving, Asked, Kind, Reflector};
+use super::super::lit::{Arriving, Asked, Kind, Occluders, Reflector};
 use super::super::march::clear;
 use super::super::packet::{Masks, PACKETS, Packet, Packets};
 use super::super::traverse::{Span, Stack};
@@ -20,7 +20,7 @@ use crate::simd::{Doubles, Floats, Gather, Integers, LANES, LaneSet, Mask, lanes
 const OFF: f32 = 1e-2;
 const ROUNDING: f32 = 1e-6;
 
-impl<E, V: RegionValues + Copy> WithSurfaces<'_, E, V> {
+impl<E, V: RegionValues + Copy, O: Occluders> WithSurfaces<'_, E, V, O> {
     /// Adds the light of the surfaces that rays are `meeting`, and takes what they hide.
     #[inline(never)]
     pub(super) fn shade<S: Gather>(
