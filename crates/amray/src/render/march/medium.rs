@@ -25,7 +25,7 @@ pub(in super::super) trait Medium: Sync {
     fn nothing<S: Gather>(&self, simd: S) -> Self::Sample<S>;
 
     /// `yes` where the mask is set, else `no`.
-    fn select<S: Gather>(mask: Mask<S>, yes: Self::Sample<S>, no: Self::Sample<S>) -> Self::Sample<S>;
+    fn select<S: Gather>(&self, mask: Mask<S>, yes: Self::Sample<S>, no: Self::Sample<S>) -> Self::Sample<S>;
 
     /// A part of a region that has a look; without one, all values may come.
     fn here<S: Gather>(&self, simd: S, look: Option<&SeenLook>) -> Self::Here<S>;
@@ -114,7 +114,7 @@ impl<V: RegionValues> Medium for Single<'_, V> {
     }
 
     #[inline(always)]
-    fn select<S: Gather>(mask: Mask<S>, yes: Place<S>, no: Place<S>) -> Place<S> {
+    fn select<S: Gather>(&self, mask: Mask<S>, yes: Place<S>, no: Place<S>) -> Place<S> {
         Place::select(mask, yes, no)
     }
 

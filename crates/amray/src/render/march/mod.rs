@@ -149,7 +149,7 @@ impl<'a, S: Gather, M: Medium, C: Collector<S, M>> Marcher<'a, S, M, C> {
                         self.collector.add(simd, packet, state, &interval, ends, at.to_floats());
                     }
                 }
-                self.last[packet] = M::select(rays, sample, self.last[packet]);
+                self.last[packet] = medium.select(rays, sample, self.last[packet]);
                 self.last_at[packet] = Doubles::select(simd, rays, at, self.last_at[packet]);
                 self.statistics.samples += u64::from(rays.to_bitmask().count_ones());
             },
@@ -268,7 +268,7 @@ impl<'a, S: Gather, M: Medium, C: Collector<S, M>> Marcher<'a, S, M, C> {
                     let end = numbers.mul_add(course.step, course.first_at.to_floats());
                     self.collector.add(simd, packet, state, &interval, ends, end);
                 }
-                last[packet] = M::select(active, sample, last[packet]);
+                last[packet] = medium.select(active, sample, last[packet]);
                 course.length = course.step;
                 under_way |= number + 1.0 < course.most && (seen & C::clear(simd, state)).any_true();
             }

@@ -5,7 +5,7 @@ use fearless_simd::prelude::*;
 use super::super::visibility::SeenLook;
 use super::medium::{Interval, Medium, Points, Single, SingleHere};
 use super::steep::{Sloped, SteepPlace, between};
-use crate::appearance::Glow;
+use crate::appearance::{Glow, Place};
 use crate::layout::{RegionFrame, RegionValues};
 use crate::scene::MOST_FIELDS;
 use crate::simd::{Floats, Gather, Mask};
@@ -24,7 +24,7 @@ pub(in super::super) struct Several<'a, V> {
 /// Places in all transfer functions. The gradient is that of the densest field.
 #[derive(Clone, Copy)]
 pub(in super::super) struct SeveralPlaces<S: Gather> {
-    fields: [SteepPlace<S>; MOST_FIELDS],
+    fields: [Place<S>; MOST_FIELDS],
     gradient: [Floats<S>; 3],
 }
 
@@ -62,17 +62,19 @@ impl<V: RegionValues> Medium for Several<'_, V> {
 
     #[inline(always)]
     fn nothing<S: Gather>(&self, simd: S) -> SeveralPlaces<S> {
-        SeveralPlaces { fields: [SteepPlace::nowhere(simd); MOST_FIELDS], gradient: [Floats::splat(simd, 0.0); 3] }
+        SeveralPlaces { fields: [Place::nowhere(simd); MOST_FIELDS], gradient: [Floats::splat(simd, 0.0); 3] }
     }
 
     #[inline(always)]
-    fn select<S: Gather>(mask: Mask<S>, yes: SeveralPlaces<S>, no: SeveralPlaces<S>) -> SeveralPlaces<S> {
+    fn select<S: Gather>(&self, mask: Mask<S>, yes: SeveralPlaces<S>, no: SeveralPlaces<S>) -> SeveralPlaces<S> {
         let mut selected = no;
-        for number in 0..MOST_FIELDS {
-            selected.fields[number] = SteepPlace::select(mask, yes.fields[number], no.fields[number]);
+        for number in 0..self.fields.len() {
+            selected.fields[number] = Place::select(mask, yes.fields[number], no.fields[number]);
         }
-        for axis in 0..3 {
-            selected.gradient[axis] = mask.select(yes.gradient[axis], no.gradient[axis]);
+        if self.cells.is_some() {
+            for axis in 0..3 {
+                selected.gradient[axis] = mask.select(yes.gradient[axis], no.gradient[axis]);
+            }
         }
         selected
     }
@@ -100,20 +102,22 @@ impl<V: RegionValues> Medium for Several<'_, V> {
         let mut densest = Floats::splat(simd, -1.0);
         let seen = self.split().0.len();
         for (number, field) in self.fields.iter().enumerate() {
-            let at = &mut sample.fields[number];
-            match self.cells {
+            sample.fields[number] = match self.cells {
                 Some(cells) if number < seen => {
-                    *at = field.sample_with_gradient(simd, region, &here[number], (point, points), cells);
-                    let slopes = field.how.segments.slopes(simd, at.place.segment);
-                    let extinction = slopes.mean(simd, at.place.position, at.place.position).extinction;
+                    let here = &here[number];
+                    let SteepPlace { place, gradient } =
+                        field.sample_with_gradient(simd, region, here, (point, points), cells);
+                    let slopes = field.how.segments.slopes(simd, place.segment);
+                    let extinction = slopes.mean(simd, place.position, place.position).extinction;
                     let is_denser = extinction.simd_gt(densest);
                     densest = is_denser.select(extinction, densest);
                     for axis in 0..3 {
-                        sample.gradient[axis] = is_denser.select(at.gradient[axis], sample.gradient[axis]);
+                        sample.gradient[axis] = is_denser.select(gradient[axis], sample.gradient[axis]);
                     }
+                    place
                 }
-                _ => at.place = field.sample(simd, region, &here[number], point, points),
-            }
+                _ => field.sample(simd, region, &here[number], point, points),
+            };
         }
         sample
     }
@@ -131,15 +135,15 @@ impl<V: RegionValues> Medium for Several<'_, V> {
         let zero = Floats::splat(simd, 0.0);
         let mut sum = Glow { extinction: zero, emission: [zero; 3] };
         let mut any = false;
-        let mut part = |number: usize, field: &Single<V>| {
-            let ends = [&from.fields[number].place, &to.fields[number].place];
-            let interval = field.interval(simd, &mut here[number], ends, length, rays)?;
-            Some(interval.over(simd, length))
-        };
         for (number, field) in seen.iter().enumerate() {
-            let Some(mut glow) = part(number, field) else { continue };
+            let ends = [&from.fields[number], &to.fields[number]];
+            let Some(interval) = field.interval(simd, &mut here[number], ends, length, rays) else { continue };
+            let mut glow = interval.over(simd, length);
             if let (0, Some(colors)) = (number, colors) {
-                let Some(color) = part(seen.len(), colors) else { continue };
+                let last = seen.len();
+                let ends = [&from.fields[last], &to.fields[last]];
+                let Some(interval) = colors.interval(simd, &mut here[last], ends, length, rays) else { continue };
+                let color = interval.over(simd, length);
                 // Where there is no colour, the field is not seen.
                 glow.extinction *= color.extinction;
                 for channel in 0..3 {

@@ -118,7 +118,7 @@ impl<V: RegionValues> Medium for Steep<'_, V> {
     }
 
     #[inline(always)]
-    fn select<S: Gather>(mask: Mask<S>, yes: SteepPlace<S>, no: SteepPlace<S>) -> SteepPlace<S> {
+    fn select<S: Gather>(&self, mask: Mask<S>, yes: SteepPlace<S>, no: SteepPlace<S>) -> SteepPlace<S> {
         SteepPlace::select(mask, yes, no)
     }
 
