@@ -126,11 +126,8 @@ impl Stage {
         let has_fields = fields.count() > 0;
         let is_query = self.options.engine == Engine::Query;
         let has_surfaces = !surfaces.is_empty() || annotations.has_outlines();
-        if light_paths.is_path() && (is_query || has_surfaces || has_fields) {
-            anyhow::bail!(
-                "--mode path is for one field alone: drop --color-by, --overlay, surfaces (--iso, --slice, --mesh, \
-                 outlines and axes) and --engine query, or march"
-            );
+        if light_paths.is_path() && (is_query || has_fields) {
+            anyhow::bail!("--mode path is for one field, and marches: drop --color-by, --overlay and --engine query");
         }
         if is_query && (lighting.shading != Shading::Emissive || has_surfaces || has_fields) {
             anyhow::bail!(

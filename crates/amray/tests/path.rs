@@ -7,7 +7,8 @@ use amray::appearance::{ColorPoint, Opacity, OpacityPoint, Scale, TransferFuncti
 use amray::hierarchy::{Hierarchy, IndexBox, LevelDescription};
 use amray::reconstruction::Method;
 use amray::render::{Engine, Film, Layout, PathError, PathOptions, PathStatistics, PathTracer, RenderOptions, render};
-use amray::scene::{Camera, Light, Lighting, Material, Projection, Scene, Shading, Viewpoint};
+use amray::scene::{Camera, Light, Lighting, Material, Paint, Projection, Scene, Shading, Surface, Viewpoint};
+use amray_mesh::{Mesh, MeshDescription};
 use amray_testing::{Random, RandomMesh, Shape, nested};
 
 use common::{extinction, front, oblique, of_centers, volume};
@@ -466,6 +467,90 @@ fn an_opaque_medium_is_a_surface() {
     let (film, _) = traced(&scene, square(8, 0), PathOptions::default(), 8);
     assert!(film.pixels().iter().all(|pixel| pixel[3] == 1.0));
     assert_eq!(traced(&scene, square(0, 0), PathOptions::default(), 8).0, Film::new([0, 0]));
+}
+
+/// What reflects all light, alike in all directions.
+const MATT: Material = Material { ambient: 1.0, diffuse: 1.0, specular: 0.0, specular_power: 1.0 };
+
+fn matt(surface: Surface) -> Surface {
+    Surface { material: Some(MATT), ..surface }
+}
+
+/// Half of a wall across x within the unit cube, as high as the cube.
+fn wall(color: [f32; 4]) -> Mesh {
+    let positions = [[0.4, 0.0, 0.0], [0.4, 1.0, 0.0], [0.4, 1.0, 1.0], [0.4, 0.0, 1.0]];
+    let mesh = MeshDescription {
+        vertices: positions.to_vec(),
+        triangles: vec![[0, 1, 2], [0, 2, 3]],
+        colors: Some(vec![color; 4]),
+        normals: None,
+    };
+    Mesh::new(mesh).unwrap()
+}
+
+const LAYOUTS: [Engine; 2] = [Engine::March(Layout::Padded), Engine::March(Layout::InPlace)];
+
+#[test]
+fn white_surfaces_in_white_light_cannot_be_seen() {
+    let volume = of_centers(nested(16, 3, 8), Method::Basis, |point| {
+        0.5 - point.iter().map(|place| (place - 0.5f64).powi(2)).sum::<f64>().sqrt()
+    });
+    let mesh = wall([1.0; 4]);
+    for engine in LAYOUTS {
+        for glowing in [false, true] {
+            // A medium that scatters all light, or none of it.
+            let function = if glowing { grey(0.0, 1.0) } else { grey(3.0, 1.0) };
+            let lighting = Lighting {
+                lights: vec![WHITE],
+                shading: if glowing { Shading::Emissive } else { Shading::Isotropic },
+                ..Lighting::default()
+            };
+            let surfaces = vec![
+                matt(Surface::isosurface(0.25, Paint::Plain([1.0; 3]))),
+                matt(Surface::slice([0.5; 3], [0.0, 1.0, 2.0], Paint::Plain([1.0; 3]))),
+                Surface { opacity: 0.5, ..matt(Surface::mesh(&mesh)) },
+            ];
+            let mut scene = scene(&volume, function, oblique(&volume), Vec::new());
+            (scene.lighting, scene.surfaces) = (lighting, surfaces);
+            let (film, _) = traced(&scene, RenderOptions { engine, ..square(16, 0) }, PathOptions::default(), 64);
+            let mut seen = 0;
+            for pixel in film.pixels() {
+                // All that arrives is what is there without anything.
+                let errors = ERRORS * 0.01;
+                assert!((pixel[0] - pixel[3]).abs() < errors as f32, "{engine:?}, {glowing}: {pixel:?}");
+                seen += u32::from(pixel[3] > 0.99);
+            }
+            assert!(seen > 10, "{seen}");
+        }
+    }
+}
+
+#[test]
+fn surfaces_in_the_sun_are_as_marched() {
+    let volume = of_centers(nested(16, 3, 8), Method::Basis, |point| {
+        0.5 - point.iter().map(|place| (place - 0.5f64).powi(2)).sum::<f64>().sqrt()
+    });
+    let translucent = wall([0.9, 0.5, 0.2, 0.6]);
+    let isosurface = || Surface { opacity: 0.7, ..matt(Surface::isosurface(0.2, Paint::Plain([0.2, 0.6, 0.9]))) };
+    let slice = || matt(Surface::slice([0.5; 3], [0.3, 0.2, 1.0], Paint::Plain([0.5, 0.9, 0.4])));
+    let plain = Surface::slice([0.5; 3], [0.3, 0.2, 1.0], Paint::Field(&volume, extinction(&[(0.0, 1.0)])));
+    for (number, surfaces) in [vec![slice()], vec![matt(Surface::mesh(&translucent))], vec![isosurface()], vec![plain]]
+        .into_iter()
+        .enumerate()
+    {
+        // The volume is black: it only dims light, and surfaces as these see little of one another.
+        let mut scene = scene(&volume, grey(2.0, 0.0), oblique(&volume), vec![sun([-1.0, 0.4, -1.5])]);
+        scene.lighting.shadows = true;
+        scene.surfaces = surfaces;
+        let options = square(16, 0);
+        let path = PathOptions { most_scatterings: 1, ..PathOptions::default() };
+        let marching = RenderOptions { samples_per_pixel: 64, samples_per_cell: 2.0, ..options };
+        let (exact, _) = render(&scene, &marching, &|_| {});
+        for engine in LAYOUTS {
+            let (film, _) = traced(&scene, RenderOptions { engine, ..options }, path, 256);
+            assert_alike(&film, &exact, 256, &format!("surface {number}, {engine:?}"));
+        }
+    }
 }
 
 #[test]

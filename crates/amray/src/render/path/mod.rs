@@ -9,6 +9,7 @@ mod phase;
 mod random;
 mod tracking;
 
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use glam::DVec3;
@@ -16,20 +17,22 @@ use rayon::prelude::*;
 use thiserror::Error;
 
 use super::clip::Clips;
+use super::surface::{Probe, SurfacePlan, SurfacePoint, Surfaces};
 use super::{Engine, Film, Layout, RenderOptions};
 use crate::Volume;
 use crate::appearance::PreparedTransferFunction;
 use crate::hierarchy::{Voxel, with_voxels};
 use crate::index::Ray;
-use crate::layout::PaddedPoints;
+use crate::layout::{EitherValues, PaddedPoints};
 use crate::reconstruction::Sampler;
 use crate::scene::{LightingError, PictureRays, Scene, Shading};
+use crate::simd::InstructionSet;
 
 use lights::Lights;
 use majorants::Majorants;
-use phase::HenyeyGreenstein;
+use phase::{HenyeyGreenstein, Scatterer};
 use random::Random;
-use tracking::{Medium, Scratch};
+use tracking::{Medium, Meeting, Scratch};
 
 /// How light is scattered.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,6 +95,11 @@ pub struct PathStatistics {
 /// the volume, where it looks past the volume the film is transparent. Over a background of the ambient light's colour the
 /// picture is what one would see. The other lights are seen by what they light, and always throw shadows.
 ///
+/// Surfaces reflect the diffuse part of their [`Material`](crate::scene::Material) alike in all directions (Lambert) and
+/// have no highlights; without one they show their colours. Light passes them as their opacities say, straight on. A lamp's
+/// colour is how bright what it lights becomes, be it a white medium that scatters alike in all directions or a white
+/// surface that faces it, as in pictures without scattered light.
+///
 /// Cells that are not a number are empty. Extinctions beyond 64 per cell width count as that.
 ///
 /// ```
@@ -147,11 +155,20 @@ struct View<'a> {
     is_emissive: bool,
     rays: PictureRays,
     clips: Clips,
+    surfaces: Option<SurfacePlan<'a>>,
+    layout: Layout,
+    instructions: InstructionSet,
     size: [usize; 2],
     seed: u64,
     /// Of the finest level, in world units.
     cell_size: DVec3,
     options: PathOptions,
+}
+
+/// What a ray has met.
+enum Met {
+    Medium(Meeting),
+    Surface(SurfacePoint),
 }
 
 /// From how many scatterings on chance decides which paths go on: as often as they have light left.
@@ -180,19 +197,23 @@ impl<'a> PathTracer<'a> {
         let volume = scene.volume;
         let hierarchy = volume.hierarchy();
         let function = scene.transfer_function.prepared(scene.unit_distance);
-        let (padded, pieces) = match options.engine {
-            Engine::March(Layout::Padded) => (Some(PaddedPoints::new(volume)), &volume.padded().pieces),
-            Engine::March(Layout::InPlace) | Engine::Query => (None, &volume.in_place().pieces),
+        let layout = match options.engine {
+            Engine::March(layout) => layout,
+            Engine::Query => Layout::InPlace,
         };
+        let pieces = volume.pieces(layout);
         let view = View {
             volume,
-            padded,
+            padded: (layout == Layout::Padded).then(|| PaddedPoints::new(volume)),
             majorants: Majorants::new(volume, pieces, &function),
             function,
             lights: Lights::new(scene, hierarchy),
             is_emissive: scene.lighting.shading == Shading::Emissive,
             rays: scene.camera.picture_rays(options.size),
             clips: Clips::new(&scene.clips, hierarchy),
+            surfaces: SurfacePlan::new(volume, &scene.surfaces, pieces),
+            layout,
+            instructions: InstructionSet::best(),
             size: options.size,
             seed: options.seed,
             cell_size: DVec3::from_array(hierarchy.levels()[hierarchy.finest_level()].cell_size()),
@@ -290,35 +311,86 @@ impl View<'_> {
         // How much of what arrives at the path's end comes to the eye.
         let mut carried = DVec3::ONE;
         for scatterings in 0.. {
-            let Some(met) = medium.meet(self.ray(place, direction), &mut random, scratch) else {
+            let ray = self.ray(place, direction);
+            let Some(met) = self.next(medium, ray, scatterings == 0, &mut random, scratch) else {
                 if scatterings == 0 {
                     return [0.0; 4];
                 }
                 light += carried * self.lights.ambient;
                 break;
             };
-            place = met.place;
-            let color = DVec3::from_array(met.color.map(f64::from));
-            if self.is_emissive {
-                light = color;
+            let (color, scatterer) = match met {
+                Met::Medium(Meeting { color, .. }) if self.is_emissive => (color, None),
+                Met::Medium(Meeting { color, place: met, .. }) => {
+                    place = met;
+                    carried *= self.options.albedo;
+                    (color, Some(Scatterer::Medium(HenyeyGreenstein(self.options.anisotropy))))
+                }
+                Met::Surface(SurfacePoint { color, material: None, .. }) => (color, None),
+                Met::Surface(SurfacePoint { at, off, color, normal, material: Some(material), .. }) => {
+                    let normal = facing(normal, direction);
+                    place = std::array::from_fn(|axis| ray.start[axis] + at * ray.direction[axis] + off * normal[axis]);
+                    carried *= f64::from(material.diffuse);
+                    (color, Some(Scatterer::Surface(normal)))
+                }
+            };
+            carried *= DVec3::from_array(color.map(f64::from));
+            let Some(scatterer) = scatterer else {
+                light += carried;
                 break;
-            }
-            carried *= color * self.options.albedo;
+            };
             if scatterings == self.options.most_scatterings || carried == DVec3::ZERO {
                 break;
             }
             scratch.statistics.scatterings += 1;
-            light += carried * self.direct_light(medium, place, direction, &mut random, scratch);
+            light += carried * self.direct_light(medium, place, (direction, scatterer), &mut random, scratch);
             if scatterings >= CERTAIN {
-                let odds = carried.max_element();
+                let odds = carried.max_element().min(1.0);
                 if random.unit() >= odds {
                     break;
                 }
                 carried /= odds;
             }
-            direction = HenyeyGreenstein(self.options.anisotropy).scatter(direction, &mut random);
+            direction = scatterer.scatter(direction, &mut random);
         }
         [light.x, light.y, light.z, 1.0]
+    }
+
+    /// What a ray meets first: of translucent surfaces by chance, as often as they are opaque. What only the eye sees is
+    /// met by rays from it.
+    fn next<T: Voxel>(
+        &self,
+        medium: &Medium<T>,
+        ray: Ray,
+        is_from_eye: bool,
+        random: &mut Random,
+        scratch: &mut Scratch,
+    ) -> Option<Met> {
+        let meeting = medium.meet(ray, random, scratch);
+        let mut met = None;
+        if let Some(probe) = self.probe() {
+            let far = meeting.as_ref().map_or(f64::INFINITY, |meeting| meeting.t);
+            probe.meet(ray, far, &mut scratch.layers, &mut |point| {
+                if (is_from_eye || point.casts_shadows) && random.unit() < f64::from(point.opacity) {
+                    met = Some(Met::Surface(point));
+                    return ControlFlow::Break(());
+                }
+                ControlFlow::Continue(())
+            });
+        }
+        met.or(meeting.map(Met::Medium))
+    }
+
+    fn probe(&self) -> Option<Probe<'_>> {
+        self.surfaces.as_ref().map(|plan| Probe {
+            surfaces: Surfaces {
+                plan,
+                values: EitherValues::new(self.volume, self.layout, &plan.sampler),
+                pieces: self.volume.pieces(self.layout),
+                clips: &self.clips,
+            },
+            instructions: self.instructions,
+        })
     }
 
     /// The light that is scattered from one of the lights against `direction`, on average over the choice of lights.
@@ -326,15 +398,22 @@ impl View<'_> {
         &self,
         medium: &Medium<T>,
         place: [f64; 3],
-        direction: DVec3,
+        (direction, scatterer): (DVec3, Scatterer),
         random: &mut Random,
         scratch: &mut Scratch,
     ) -> DVec3 {
         let Some(seen) = self.lights.choose(place, random) else { return DVec3::ZERO };
+        let brightness = scatterer.brightness(direction, seen.toward);
+        if brightness == 0.0 {
+            return DVec3::ZERO;
+        }
         scratch.statistics.light_rays += 1;
         let ray = self.ray(place, seen.toward);
-        let arriving = seen.color * medium.transmittance(ray, seen.distance, random, scratch);
-        arriving * HenyeyGreenstein(self.options.anisotropy).over_isotropic(direction.dot(seen.toward))
+        let passing = self.probe().map_or(1.0, |probe| probe.transmittance(ray, seen.distance));
+        if passing == 0.0 {
+            return DVec3::ZERO;
+        }
+        seen.color * brightness * passing * medium.transmittance(ray, seen.distance, random, scratch)
     }
 
     /// Where a path starts, in cells of the finest level, and its direction, of length 1 in world units.
@@ -348,4 +427,10 @@ impl View<'_> {
     fn ray(&self, start: [f64; 3], direction: DVec3) -> Ray {
         Ray { start, direction: (direction / self.cell_size).to_array() }
     }
+}
+
+/// A normal of length 1 on the side that a direction comes from, along one of any length.
+fn facing(normal: [f32; 3], direction: DVec3) -> DVec3 {
+    let normal = DVec3::from_array(normal.map(f64::from)).try_normalize().unwrap_or(-direction);
+    if normal.dot(direction) > 0.0 { -normal } else { normal }
 }

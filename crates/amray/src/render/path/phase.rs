@@ -1,8 +1,44 @@
-//! Where light goes when it is scattered: the phase function of Henyey and Greenstein (1941).
+//! Where light goes when it is scattered: in a medium by the phase function of Henyey and Greenstein (1941), on a surface
+//! alike in all directions (Lambert).
 
 use glam::DVec3;
 
 use super::random::Random;
+
+/// What scatters light.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Scatterer {
+    Medium(HenyeyGreenstein),
+    /// With its normal, of length 1, on the side that the light comes from.
+    Surface(DVec3),
+}
+
+impl Scatterer {
+    /// How bright light from a direction, of length 1, makes what scatters all of it, over the light's own brightness;
+    /// `direction` is where the path comes from.
+    pub(super) fn brightness(self, direction: DVec3, toward_light: DVec3) -> f64 {
+        match self {
+            Self::Medium(phase) => phase.over_isotropic(direction.dot(toward_light)),
+            Self::Surface(normal) => normal.dot(toward_light).max(0.0),
+        }
+    }
+
+    /// The direction, of length 1, into which a path that came along `direction` goes on.
+    pub(super) fn scatter(self, direction: DVec3, random: &mut Random) -> DVec3 {
+        match self {
+            Self::Medium(phase) => phase.scatter(direction, random),
+            Self::Surface(normal) => {
+                // A point on a sphere that touches the surface is as likely as the cosine.
+                let (height, angle) = (2.0 * random.unit() - 1.0, std::f64::consts::TAU * random.unit());
+                let (y, x) = angle.sin_cos();
+                let radius = (1.0 - height * height).sqrt();
+                let toward = normal + DVec3::new(x * radius, y * radius, height);
+                // Not along the surface itself.
+                if toward.length_squared() > 1e-12 { toward.normalize() } else { normal }
+            }
+        }
+    }
+}
 
 /// A phase function with one parameter, the mean cosine of the angle by which light is turned.
 #[derive(Clone, Copy, Debug)]
@@ -52,6 +88,20 @@ mod tests {
                 values.fold((0.0, 0.0), |(whole, mean), (cosine, value)| (whole + value, mean + cosine * value));
             assert!((whole - 1.0).abs() < 1e-6 && (mean - g).abs() < 1e-6, "{g}: {whole}, {mean}");
         }
+    }
+
+    #[test]
+    fn surfaces_scatter_by_the_cosine() {
+        let normal = DVec3::new(1.0, -2.0, 0.5).normalize();
+        let (surface, mut random) = (Scatterer::Surface(normal), Random::new(1, 2, 3));
+        let count = 100_000;
+        let cosines: Vec<f64> = (0..count).map(|_| surface.scatter(normal, &mut random).dot(normal)).collect();
+        let mean = |power: i32| cosines.iter().map(|cosine| cosine.powi(power)).sum::<f64>() / f64::from(count);
+        // The means of the cosine and of its square, within four standard errors.
+        assert!((mean(1) - 2.0 / 3.0).abs() < 4.0 * (1.0f64 / 18.0 / 1e5).sqrt(), "{}", mean(1));
+        assert!((mean(2) - 0.5).abs() < 4.0 * (1.0f64 / 12.0 / 1e5).sqrt(), "{}", mean(2));
+        assert!(cosines.iter().all(|cosine| *cosine > -1e-12));
+        assert_eq!(surface.brightness(normal, -normal), 0.0);
     }
 
     #[test]

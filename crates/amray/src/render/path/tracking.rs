@@ -7,6 +7,7 @@
 use std::ops::ControlFlow;
 
 use super::super::clip::Clips;
+use super::super::surface::Layers;
 use super::PathStatistics;
 use super::majorants::Majorants;
 use super::random::Random;
@@ -30,6 +31,7 @@ pub(super) struct Medium<'a, T> {
 #[derive(Default)]
 pub(super) struct Scratch {
     waiting: Vec<NodeSpan>,
+    pub(super) layers: Layers,
     pub(super) statistics: PathStatistics,
 }
 
@@ -44,6 +46,8 @@ struct Tentative {
 
 /// A place where light is scattered, or comes from.
 pub(super) struct Meeting {
+    /// How far along the ray.
+    pub(super) t: f64,
     /// In cells of the finest level.
     pub(super) place: [f64; 3],
     /// What the medium looks like there.
@@ -65,6 +69,7 @@ impl<T: Voxel> Medium<'_, T> {
             ControlFlow::Continue(())
         });
         met.map(|Tentative { t, value, .. }| Meeting {
+            t,
             place: std::array::from_fn(|axis| ray.start[axis] + t * ray.direction[axis]),
             color: self.function.sample(value).color,
         })
@@ -93,7 +98,7 @@ impl<T: Voxel> Medium<'_, T> {
         scratch: &mut Scratch,
         mut visit: impl FnMut(&mut Random, Tentative) -> ControlFlow<()>,
     ) {
-        let Scratch { waiting, statistics } = scratch;
+        let Scratch { waiting, statistics, .. } = scratch;
         // The optical depth, of the majorants, that is left until the next meeting.
         let mut depth = random.optical_depth();
         for (part, [enter, leave]) in self.majorants.walk(ray, [0.0, far], waiting) {

@@ -3,7 +3,9 @@
 mod coat;
 mod find;
 mod layers;
+mod look;
 mod plan;
+mod probe;
 mod shade;
 
 use fearless_simd::prelude::*;
@@ -19,8 +21,9 @@ use crate::layout::{PieceNode, RegionValues};
 use crate::simd::{Floats, Gather};
 
 use find::Seeker;
-use layers::Layers;
+pub(super) use layers::Layers;
 pub(super) use plan::SurfacePlan;
+pub(super) use probe::{Probe, SurfacePoint};
 
 /// How many surfaces a ray goes through at most.
 const MOST: usize = 256;

@@ -17,7 +17,7 @@ use super::layers::MeshPlan;
 /// then meshes.
 pub(in super::super) struct SurfacePlan<'a> {
     pub(super) volume: &'a Volume,
-    pub(super) sampler: AnySampler<'a>,
+    pub(in super::super) sampler: AnySampler<'a>,
     /// The isosurfaces' values, and which parts of the volume have to be looked at for them.
     pub(super) levels: Vec<f32>,
     pub(super) looks: Vec<NodeLook>,

@@ -14,11 +14,7 @@ use super::plan::SurfacePlan;
 use super::{MOST, Surfaces, WithSurfaces};
 use crate::appearance::Radiance;
 use crate::layout::RegionValues;
-use crate::simd::{Doubles, Floats, Gather, Integers, LANES, LaneSet, Mask, lanes_of, mask_of};
-
-/// How far off its surface, in cells of the finest level, a ray to a light starts; and by how much of the way to it.
-const OFF: f32 = 1e-2;
-const ROUNDING: f32 = 1e-6;
+use crate::simd::{Doubles, Floats, Gather, Integers, LANES, LaneSet, lanes_of, mask_of};
 
 impl<E, V: RegionValues + Copy, O: Occluders> WithSurfaces<'_, E, V, O> {
     /// Adds the light of the surfaces that rays are `meeting`, and takes what they hide.
@@ -36,6 +32,7 @@ impl<E, V: RegionValues + Copy, O: Occluders> WithSurfaces<'_, E, V, O> {
             #[inline(always)]
             || {
                 let zero = Floats::splat(simd, 0.0);
+                let plan = self.surfaces.plan;
                 let mut asked = [Asked::nothing(simd); PACKETS];
                 let mut normals = [[zero; 3]; PACKETS];
                 let mut own = [[Floats::splat(simd, 1.0); 4]; PACKETS];
@@ -44,13 +41,13 @@ impl<E, V: RegionValues + Copy, O: Occluders> WithSurfaces<'_, E, V, O> {
                     if lanes == 0 {
                         continue;
                     }
-                    let place = packets[packet].at(met.at[packet]);
+                    // A ray that meets nothing would be nowhere, and all planes are measured from the first ray's place.
+                    let place = packets[packet].at(meeting[packet].select(met.at[packet], zero));
                     let met_here = (met.number[packet], lanes);
-                    normals[packet] = self.normals(simd, &place, met_here);
-                    self.of_meshes(simd, packet, (met_here, layers), (&mut normals[packet], &mut own[packet]));
+                    normals[packet] = plan.normals(simd, &place, met_here);
+                    plan.of_meshes(simd, packet, (met_here, layers), (&mut normals[packet], &mut own[packet]));
                     normals[packet] = self.lamps.toward_eye(simd, &packets[packet], normals[packet]);
-                    let off = met.at[packet].abs() * Floats::splat(simd, ROUNDING / self.cell_size());
-                    let off = off + Floats::splat(simd, OFF.max(2.0 * self.precision() / self.cell_size()));
+                    let off = plan.off(simd, met.at[packet]);
                     asked[packet] = Asked { rays: meeting[packet], place, skipped: zero };
                     for axis in 0..3 {
                         asked[packet].place[axis] = place[axis] + Doubles::from_floats(normals[packet][axis] * off);
@@ -74,98 +71,6 @@ impl<E, V: RegionValues + Copy, O: Occluders> WithSurfaces<'_, E, V, O> {
                 }
             },
         );
-    }
-
-    /// The longest side of a cell of the finest level.
-    fn cell_size(&self) -> f32 {
-        let hierarchy = self.surfaces.plan.volume.hierarchy();
-        hierarchy.levels()[hierarchy.finest_level()].cell_size().into_iter().fold(0.0, f64::max) as f32
-    }
-
-    /// How far meshes may be from where they are met, in world units.
-    fn precision(&self) -> f32 {
-        self.surfaces.plan.meshes.iter().map(|mesh| mesh.mesh.precision()).fold(0.0, f64::max) as f32
-    }
-
-    /// Puts the normals and colours of meshes that lanes meet into those that are there.
-    #[inline(always)]
-    fn of_meshes<S: Gather>(
-        &self,
-        simd: S,
-        packet: usize,
-        ((numbers, lanes), layers): ((Integers<S>, LaneSet), &Layers),
-        (normals, colors): (&mut [Floats<S>; 3], &mut [Floats<S>; 4]),
-    ) {
-        let first = Integers::splat(simd, self.surfaces.plan.first_mesh() as i32);
-        let meshes = lanes_of(numbers.simd_ge(first)) & lanes;
-        for lane in (0..LANES).filter(|lane| meshes >> lane & 1 == 1) {
-            if let Some(layer) = layers.next(packet, lane) {
-                for axis in 0..3 {
-                    normals[axis][lane] = layer.hit.normal[axis];
-                }
-                for channel in 0..4 {
-                    colors[channel][lane] = layer.hit.color[channel];
-                }
-            }
-        }
-    }
-
-    /// Across isosurfaces and slices, in world space, of any length.
-    #[inline(always)]
-    fn normals<S: Gather>(
-        &self,
-        simd: S,
-        place: &[Doubles<S>; 3],
-        (numbers, lanes): (Integers<S>, LaneSet),
-    ) -> [Floats<S>; 3] {
-        let plan = self.surfaces.plan;
-        let zero = Floats::splat(simd, 0.0);
-        let mut normals = [zero; 3];
-        let rays = mask_of(simd, lanes);
-        let isosurfaces = rays & numbers.simd_lt(Integers::splat(simd, plan.levels.len() as i32));
-        if isosurfaces.any_true() {
-            normals = self.rise(simd, place, isosurfaces);
-        }
-        for (nth, coat) in plan.coats.iter().enumerate() {
-            if let Some(normal) = coat.normal {
-                let here = numbers.simd_eq(Integers::splat(simd, nth as i32));
-                for axis in 0..3 {
-                    normals[axis] = here.select(Floats::splat(simd, normal[axis]), normals[axis]);
-                }
-            }
-        }
-        normals
-    }
-
-    /// How the values at places rise from one leaf cell before them to one behind, in world space: as between cells'
-    /// centres, where VTK takes normals from. The gradient itself jumps from cell to cell; this does not.
-    #[inline(always)]
-    fn rise<S: Gather>(&self, simd: S, place: &[Doubles<S>; 3], rays: Mask<S>) -> [Floats<S>; 3] {
-        let plan = self.surfaces.plan;
-        let hierarchy = plan.volume.hierarchy();
-        let levels = hierarchy.levels();
-        let middle = [place[0].store(), place[1].store(), place[2].store()];
-        let here = plan.sampler.sample::<S, Floats<S>>(simd, &middle, rays);
-        let found: [i32; LANES] = here.levels.into();
-        let mut rise = [Floats::splat(simd, 0.0); 3];
-        for axis in 0..3 {
-            let (mut low, mut high, mut inverse) = (middle, middle, [0.0; LANES]);
-            for lane in 0..LANES {
-                let level = &levels[found[lane].max(0) as usize];
-                let cell = level.finest_cells()[axis] as f64;
-                low[axis][lane] -= cell;
-                high[axis][lane] += cell;
-                inverse[lane] = (levels[0].cell_size()[0] / level.cell_size()[axis]) as f32;
-            }
-            let low = plan.sampler.sample::<S, Floats<S>>(simd, &low, rays).values;
-            let high = plan.sampler.sample::<S, Floats<S>>(simd, &high, rays).values;
-            // Next to where there is no value, the other side tells it.
-            let (before, behind) = (here.values - low, high - here.values);
-            let before = before.is_finite().select(before, behind);
-            let behind = behind.is_finite().select(behind, before);
-            rise[axis] = (before + behind) * Floats::from_slice(simd, &inverse);
-        }
-        rise
     }
 
     /// Adds a packet's light.
