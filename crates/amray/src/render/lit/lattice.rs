@@ -22,7 +22,7 @@ use crate::simd::{Doubles, Floats, Gather, Integers, LANES, LaneSet, Mask, mask_
 /// The longest distance between points of a lattice, in cells.
 const LONGEST: f64 = 4.0;
 /// The most optical depth between two points of a lattice, where they are more than a cell apart.
-const DEEPEST: f64 = 0.25;
+const DEEPEST: f64 = 0.32;
 /// Where a cell is as deep as this, its neighbours cannot tell on what side of a surface it lies: nothing there is in
 /// the shadow of what is nearer than a few cells.
 const OPAQUE: f64 = 1.0;

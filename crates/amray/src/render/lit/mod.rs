@@ -56,7 +56,14 @@ impl<M: Sloped, O: Occluders> Trace for LitMarch<'_, M, O> {
             stack: inner_stack,
             statistics: inner,
         };
-        march.collect(simd, packets, span, (&mut lit, lights), stack, statistics);
+        let mut states = [LitState { light: lights[0], batch: Batch::nothing(simd) }; PACKETS];
+        for packet in 1..PACKETS {
+            states[packet].light = lights[packet];
+        }
+        march.collect(simd, packets, span, (&mut lit, &mut states), stack, statistics);
+        for packet in 0..PACKETS {
+            lights[packet] = states[packet].light;
+        }
         statistics.secondary_rays += lit.statistics.secondary_rays;
         statistics.samples += lit.statistics.samples;
     }
@@ -77,12 +84,43 @@ struct Lit<'a, S: Gather, O> {
     statistics: RenderStatistics,
 }
 
+/// What packets have collected, and what of it is still to be lit.
+#[derive(Clone, Copy)]
+struct LitState<S: Gather> {
+    light: Radiance<S>,
+    batch: Batch<S>,
+}
+
+/// Intervals that are lit together: thin ones that follow one another hardly differ. Sums over all of them.
+#[derive(Clone, Copy)]
+struct Batch<S: Gather> {
+    count: u32,
+    /// Colours times opacities.
+    color: [Floats<S>; 3],
+    opacity: Floats<S>,
+    /// Gradients and places, by opacity.
+    gradient: [Floats<S>; 3],
+    at: Floats<S>,
+}
+
+/// How many intervals are lit together at most, and how opaque one may be to wait for others.
+const TOGETHER: u32 = 4;
+const FAINT: f32 = 1.0 / 32.0;
+
+impl<S: Gather> Batch<S> {
+    #[inline(always)]
+    fn nothing(simd: S) -> Self {
+        let zero = Floats::splat(simd, 0.0);
+        Self { count: 0, color: [zero; 3], opacity: zero, gradient: [zero; 3], at: zero }
+    }
+}
+
 impl<S: Gather, M: Sloped, O: Occluders> Collector<S, M> for Lit<'_, S, O> {
-    type State = Radiance<S>;
+    type State = LitState<S>;
 
     #[inline(always)]
-    fn transmittance(state: &Radiance<S>) -> Floats<S> {
-        state.transmittance
+    fn transmittance(state: &LitState<S>) -> Floats<S> {
+        state.light.transmittance
     }
 
     #[inline(always)]
@@ -93,51 +131,64 @@ impl<S: Gather, M: Sloped, O: Occluders> Collector<S, M> for Lit<'_, S, O> {
     }
 
     #[inline(always)]
+    fn leave(&mut self, simd: S, number: usize, state: &mut LitState<S>) {
+        if state.batch.count > 0 {
+            self.light(simd, number, state);
+        }
+    }
+
+    #[inline(always)]
     fn add(
         &mut self,
         simd: S,
         number: usize,
-        light: &mut Radiance<S>,
+        state: &mut LitState<S>,
         interval: &Interval<S>,
         ends: [&M::Sample<S>; 2],
         end: Floats<S>,
     ) {
         let Interval { glow, length, rays } = *interval;
         let Some(Absorbed { share, opacity, alpha }) =
-            attenuate(simd, &mut light.transmittance, glow.extinction, length, rays)
+            attenuate(simd, &mut state.light.transmittance, glow.extinction, length, rays)
         else {
             return;
         };
-        let mut color = glow.emission;
-        for channel in 0..3 {
-            color[channel] *= share;
-        }
+        let zero = Floats::splat(simd, 0.0);
+        let batch = &mut state.batch;
+        // What other rays have may be no number.
+        let opacity = rays.select(opacity, zero);
+        let gradient = M::gradient(simd, ends);
         // Most of the light comes from the front of what is dense.
         let behind = (alpha * alpha).mul_add(Floats::splat(simd, 0.2), Floats::splat(simd, 0.5));
         let at = end - length * behind;
-        let reflected = self.reflected(simd, number, (at, rays), M::gradient(simd, ends), (color, opacity));
-        for channel in 0..3 {
-            // What other rays have may be no number.
-            let sum = light.color[channel] + reflected[channel];
-            light.color[channel] = rays.select(sum, light.color[channel]);
+        for axis in 0..3 {
+            batch.color[axis] += rays.select(glow.emission[axis] * share, zero);
+            batch.gradient[axis] += rays.select(gradient[axis] * opacity, zero);
+        }
+        batch.at += rays.select(at * opacity, zero);
+        batch.opacity += opacity;
+        batch.count += 1;
+        if batch.count == TOGETHER || (rays & alpha.simd_gt(Floats::splat(simd, FAINT))).any_true() {
+            self.light(simd, number, state);
         }
     }
 }
 
 impl<S: Gather, O: Occluders> Lit<'_, S, O> {
-    /// What comes to the eye from a packet's `rays` at `at`, where the volume has a colour times its opacity.
+    /// Adds what comes to the eye from a packet's batch, and begins another one.
     #[inline(never)]
-    fn reflected(
-        &self,
-        simd: S,
-        number: usize,
-        (at, rays): (Floats<S>, Mask<S>),
-        gradient: [Floats<S>; 3],
-        (color, opacity): ([Floats<S>; 3], Floats<S>),
-    ) -> [Floats<S>; 3] {
+    fn light(&self, simd: S, number: usize, state: &mut LitState<S>) {
         simd.vectorize(
             #[inline(always)]
             || {
+                let Batch { color, opacity, mut gradient, at, .. } = state.batch;
+                state.batch = Batch::nothing(simd);
+                let rays = opacity.simd_gt(Floats::splat(simd, 0.0));
+                let inverse = Floats::splat(simd, 1.0) / opacity;
+                let at = rays.select(at * inverse, at);
+                for axis in 0..3 {
+                    gradient[axis] *= inverse;
+                }
                 let packet = &self.packets[number];
                 let place = if self.need_places { packet.at(at) } else { packet.start };
                 let mut arriving = match self.here {
@@ -152,7 +203,11 @@ impl<S: Gather, O: Occluders> Lit<'_, S, O> {
                     }
                 }
                 let reflector = Reflector::of_volume(simd, self.views[number], self.lamps, place, gradient);
-                self.lamps.reflect(simd, &reflector, &arriving, (color, opacity))
+                let reflected = self.lamps.reflect(simd, &reflector, &arriving, (color, opacity));
+                for channel in 0..3 {
+                    let sum = state.light.color[channel] + reflected[channel];
+                    state.light.color[channel] = rays.select(sum, state.light.color[channel]);
+                }
             },
         )
     }

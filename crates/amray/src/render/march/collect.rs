@@ -31,6 +31,9 @@ pub(in super::super) trait Collector<S: Gather, M: Medium> {
     /// Rays come to a node of the tree of pieces in which something is seen.
     fn enter(&mut self, simd: S, node: usize);
 
+    /// The packet `number` leaves the node that was entered last, perhaps for good: what was put off is added.
+    fn leave(&mut self, simd: S, number: usize, state: &mut Self::State);
+
     /// Rays through which something behind can be seen.
     #[inline(always)]
     fn clear(simd: S, state: &Self::State) -> Mask<S> {
@@ -70,6 +73,9 @@ impl<S: Gather, M: Medium> Collector<S, M> for Glowing {
 
     #[inline(always)]
     fn enter(&mut self, _: S, _: usize) {}
+
+    #[inline(always)]
+    fn leave(&mut self, _: S, _: usize, _: &mut Self::State) {}
 }
 
 /// How much light comes through: rays to lights.
@@ -98,4 +104,7 @@ impl<S: Gather, M: Medium> Collector<S, M> for Dimming {
 
     #[inline(always)]
     fn enter(&mut self, _: S, _: usize) {}
+
+    #[inline(always)]
+    fn leave(&mut self, _: S, _: usize, _: &mut Self::State) {}
 }

@@ -45,6 +45,9 @@ impl<M: Medium> March<'_, M> {
     ) {
         let mut marcher = Marcher::new(simd, self, packets, span, (collector, *states), *statistics);
         traverse(simd, self.pieces, self.looks, packets, *span, stack, &mut marcher);
+        for packet in 0..PACKETS {
+            marcher.collector.leave(simd, packet, &mut marcher.states[packet]);
+        }
         *statistics = marcher.statistics;
         statistics.skipped_length += f64::from(simd.reduce_sum_f32x16(marcher.skipped));
         *states = marcher.states;
@@ -321,6 +324,9 @@ impl<S: Gather, M: Medium, C: Collector<S, M>> Visitor<S> for Marcher<'_, S, M, 
             }
         }
         let Some(look) = look else { return };
+        for packet in 0..PACKETS {
+            self.collector.leave(simd, packet, &mut self.states[packet]);
+        }
         self.collector.enter(simd, node);
         self.march_through(region, look, span, rays);
         for packet in 0..PACKETS {
