@@ -81,6 +81,26 @@ pub(crate) const FIGURES: &[Figure] = &[
         ],
     },
     Figure {
+        name: "fields",
+        caption: "Several fields of a supernova remnant (demo data) in one march.",
+        pictures: &[
+            Picture { title: "density", flags: "render DEMO --field density --opacity 2 --color-bar" },
+            Picture {
+                title: "density, coloured by temperature",
+                flags: "render DEMO --field density --opacity 2 --color-by temperature:turbo:0,4.5 --color-bar",
+            },
+            Picture {
+                title: "density, and where it is hot",
+                flags: "render DEMO --field density --tf greys --overlay temperature:inferno:3,4.5:4 --color-bar",
+            },
+            Picture {
+                title: "light between surfaces and volume",
+                flags: "render DEMO --mode path --spp 128 --iso 0.6:0.9,0.6,0.3 --slice z:0.02 --light ambient:0.5 --light \
+                        directional:-1,0.5,-2:0.6",
+            },
+        ],
+    },
+    Figure {
         name: "codes",
         caption: "What simulations wrote, after the paper's figure 9, with no flags but the camera's.",
         pictures: &[

@@ -11,7 +11,7 @@ use super::packet::{PACKETS, Packets};
 use super::traverse::{Span, Stack};
 use super::{RenderStatistics, Trace};
 use crate::appearance::{Absorbed, Radiance, attenuate};
-use crate::simd::{Floats, Gather, Mask};
+use crate::simd::{Floats, Gather};
 
 pub(super) use lamps::{Lamps, Reflector};
 use lattice::LightHere;
@@ -209,6 +209,6 @@ impl<S: Gather, O: Occluders> Lit<'_, S, O> {
                     state.light.color[channel] = rays.select(sum, state.light.color[channel]);
                 }
             },
-        )
+        );
     }
 }
