@@ -91,7 +91,7 @@ pub(crate) const FIGURES: &[Figure] = &[
             },
             Picture {
                 title: "density, and where it is hot",
-                flags: "render DEMO --field density --tf greys --overlay temperature:inferno:3,4.5:4 --color-bar",
+                flags: "render DEMO --field density --tf gray --overlay temperature:inferno:3,4.5:4 --color-bar",
             },
             Picture {
                 title: "light between surfaces and volume",
