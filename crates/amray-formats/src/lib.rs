@@ -4,6 +4,7 @@
 
 mod amrex;
 mod chombo;
+mod completed;
 pub mod demo;
 mod error;
 mod hdf5;
@@ -47,6 +48,12 @@ pub trait DataSet: Send + Sync {
     /// # Panics
     /// Where there is no such field.
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError>;
+
+    /// Whether the file stores no coarse cells under finer ones, as octree codes do. Then [`OpenOptions::max_level`] is
+    /// left alone by the reader: coarse levels follow from the finer ones, and [`open`] adds them.
+    fn leaf_only(&self) -> bool {
+        false
+    }
 
     /// What is unusual about the data set but does not keep it from being rendered, a line each; what is unusual about
     /// its mesh, [`Hierarchy::warnings`] says.

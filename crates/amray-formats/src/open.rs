@@ -4,14 +4,24 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
+use crate::completed::Completed;
 use crate::hdf5::Hdf5;
 use crate::{AmrexPlotfile, ChomboFile, DataSet, FormatError, OpenOptions};
 
-/// Opens a data set of any format that amray reads. The content decides, not the name.
+/// Opens a data set of any format that amray reads. The content decides, not the name. Where the file stores leaf cells
+/// alone, the coarse levels are added, as means of the finer ones.
 ///
 /// # Errors
 /// [`FormatError`] where nothing is there, no reader knows the content, or the content is damaged.
 pub fn open(path: &Path, options: &OpenOptions) -> Result<Box<dyn DataSet>, FormatError> {
+    let data = open_as_stored(path, options)?;
+    Ok(match data.leaf_only() {
+        true => Box::new(Completed::new(data, path, options)?),
+        false => data,
+    })
+}
+
+fn open_as_stored(path: &Path, options: &OpenOptions) -> Result<Box<dyn DataSet>, FormatError> {
     let metadata = fs::metadata(path).map_err(FormatError::io(path, "open"))?;
     if AmrexPlotfile::recognises(path) {
         return Ok(Box::new(AmrexPlotfile::open(path, options)?));

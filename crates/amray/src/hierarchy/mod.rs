@@ -2,12 +2,15 @@
 //!
 //! A [`Hierarchy`] holds geometry alone, so that all fields, and all time steps of an unchanging mesh, share one.
 
+mod complete;
 mod error;
 mod field;
 mod index_box;
 mod lane_values;
+mod merge;
 mod normalisation;
 mod overlap;
+mod rebricking;
 mod restrict;
 mod validation;
 mod values;
@@ -18,6 +21,7 @@ pub use field::{Field, FieldError, FieldValues};
 pub use index_box::IndexBox;
 pub(crate) use lane_values::{LaneNormalisation, LaneValues};
 pub use normalisation::Normalisation;
+pub use rebricking::Rebricking;
 pub use values::{BrickValues, OutOfBuffer, Residence, ValueBuffer, Voxel, VoxelType, contiguous_strides};
 
 /// Levels of bricks over one domain.
@@ -139,6 +143,17 @@ impl Hierarchy {
     pub fn to_world(&self, level: usize, cells: [f64; 3]) -> [f64; 3] {
         let cell_size = self.levels[level].cell_size;
         std::array::from_fn(|axis| self.origin[axis] + cells[axis] * cell_size[axis])
+    }
+
+    /// The levels as [`Hierarchy::new`] takes them.
+    pub fn descriptions(&self) -> Vec<LevelDescription> {
+        let describe = |level: &Level| LevelDescription {
+            ratio: level.ratio,
+            cell_size: level.cell_size,
+            domain: level.domain,
+            bricks: level.bricks.clone(),
+        };
+        self.levels.iter().map(describe).collect()
     }
 
     /// The hierarchy as if levels finer than `finest` did not exist (all of it where there are none). It has no brick

@@ -1,5 +1,7 @@
 //! Restriction: covered cells take the mean of the finer cells above them.
 
+use rayon::prelude::*;
+
 use super::field::{FieldValues, with_voxels};
 use super::overlap::for_each_overlap;
 use super::values::{BrickValues, Voxel};
@@ -26,6 +28,16 @@ impl Field {
 
 fn restricted<T: Voxel>(bricks: &[BrickValues<T>], hierarchy: &Hierarchy) -> Vec<BrickValues<T>> {
     let mut bricks = bricks.to_vec();
+    restrict(&mut bricks, hierarchy, |_| true);
+    bricks
+}
+
+/// Sets covered cells of the bricks at the places that `which` tells to means of the finer cells, in copies.
+pub(super) fn restrict<T: Voxel>(
+    bricks: &mut [BrickValues<T>],
+    hierarchy: &Hierarchy,
+    which: impl Fn(usize) -> bool + Sync,
+) {
     for level in (1..hierarchy.levels().len()).rev() {
         let fine = &hierarchy.levels()[level];
         let coarse = &hierarchy.levels()[level - 1];
@@ -35,19 +47,22 @@ fn restricted<T: Voxel>(bricks: &[BrickValues<T>], hierarchy: &Hierarchy) -> Vec
             covers[number].push((cover, cells));
             true
         });
-        for (number, covers) in covers.into_iter().enumerate().filter(|(_, covers)| !covers.is_empty()) {
-            let place = coarse.first_brick() + number;
+        let (coarser, finer) = bricks.split_at_mut(fine.first_brick());
+        let coarse_bricks = coarser[coarse.first_brick()..].par_iter_mut().zip(covers).enumerate();
+        coarse_bricks.for_each(|(number, (brick, covers))| {
+            if covers.is_empty() || !which(coarse.first_brick() + number) {
+                return;
+            }
             let cells = coarse.bricks()[number];
             let mut values = Vec::with_capacity(cells.cells() as usize);
-            bricks[place].for_each([0; 3], bricks[place].size(), |value| values.push(value));
+            brick.for_each([0; 3], brick.size(), |value| values.push(value));
             for (cover, shared) in covers {
-                let source = (&bricks[fine.first_brick() + cover], fine.bricks()[cover].low);
+                let source = (&finer[cover], fine.bricks()[cover].low);
                 average_down(&mut values, &cells, source, &shared, fine.ratio());
             }
-            bricks[place] = BrickValues::owned(values, bricks[place].size()).expect("a copy has the brick's shape");
-        }
+            *brick = BrickValues::owned(values, brick.size()).expect("a copy has the brick's shape");
+        });
     }
-    bricks
 }
 
 /// Sets the `shared` coarse cells of `values`, which cover `cells`, to the mean of the fine brick's cells.
