@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use amray::Volume;
-use amray::hierarchy::Residence;
+use amray::hierarchy::{Centering, Residence};
 use amray::index::Index;
 use amray::reconstruction::Method;
 use amray::render::padded_bytes;
@@ -112,7 +112,7 @@ fn describe(arguments: &Arguments, data: &dyn DataSet, index: &Arc<Index>) -> an
         bounds: hierarchy.bounds(),
         levels: levels.collect(),
         fields,
-        padded_bytes: padded_bytes(hierarchy),
+        padded_bytes: padded_bytes(hierarchy, Centering::Cells),
         warnings: data::warnings(data),
     })
 }

@@ -39,6 +39,7 @@ impl<'a> BruteForce<'a> {
             Method::Basis => self.basis(point),
             Method::Octant => self.octant(level, cell, self.hierarchy.to_cells(finest, point)),
             Method::Prolong => self.prolong(finest as i64, point).unwrap(),
+            Method::Nodal => self.nodal(level, cell, self.hierarchy.to_cells(finest, point)),
         }
     }
 
@@ -206,6 +207,36 @@ impl<'a> BruteForce<'a> {
             }
         }
         sum / weight
+    }
+
+    /// The value in a leaf cell of nodes; `point` is in cells of the finest level.
+    fn nodal(&self, level: usize, cell: [i64; 3], point: [f64; 3]) -> f64 {
+        let size = self.hierarchy.levels()[level].finest_cells();
+        CORNERS
+            .into_iter()
+            .map(|sides| {
+                let node: [i64; 3] = std::array::from_fn(|axis| cell[axis] + sides[axis] as i64);
+                let distance = |axis: usize| (point[axis] / size[axis] as f64 - node[axis] as f64).abs();
+                let hat: f64 = (0..3).map(|axis| 1.0 - distance(axis)).product();
+                if hat > 0.0 { hat * self.node(level, node) } else { 0.0 }
+            })
+            .sum()
+    }
+
+    /// A node's value: that of the coarsest leaf cell that touches it, where it is coarser, else the stored one.
+    fn node(&self, level: usize, node: [i64; 3]) -> f64 {
+        let description = &self.hierarchy.levels()[level];
+        let size = description.finest_cells();
+        let place = std::array::from_fn(|axis| (node[axis] * size[axis]) as f64);
+        let (coarsest, cell) = self.touching(self.finest(), place).into_iter().min().unwrap();
+        if coarsest < level {
+            return self.nodal(coarsest, self.parent(self.finest(), cell, coarsest), place);
+        }
+        let holds = |brick: &IndexBox| (0..3).all(|axis| (brick.low[axis]..=brick.high[axis]).contains(&node[axis]));
+        let number = description.bricks().iter().position(holds).unwrap();
+        let low = description.bricks()[number].low;
+        let inside = std::array::from_fn(|axis| (node[axis] - low[axis]) as usize);
+        self.field.value(description.first_brick() + number, inside)
     }
 
     /// The leaf level, and the finest-level cell, on each side of a point given in cells of the finest level.

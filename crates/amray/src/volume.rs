@@ -4,10 +4,10 @@ use std::sync::{Arc, OnceLock};
 
 use rayon::prelude::*;
 
-use crate::hierarchy::{Field, Hierarchy, IndexBox, Normalisation, Voxel, with_voxels};
+use crate::hierarchy::{Centering, Field, Hierarchy, IndexBox, Normalisation, Voxel, with_voxels};
 use crate::index::{Index, ValueRanges};
 use crate::layout::{InPlacePlan, Layout, Padded, PieceNode, normalisation, padded_bytes};
-use crate::reconstruction::{AnySampler, Method, PacketSampler, Sampler, ValueAndGradient};
+use crate::reconstruction::{AnySampler, Method, PacketSampler, Sampler, ValueAndGradient, conforming};
 
 /// Points that a thread samples at a time.
 const CHUNK: usize = 1024;
@@ -38,12 +38,22 @@ pub struct LeafCell {
 }
 
 impl Volume {
-    /// The volume of `field`.
+    /// The volume of `field`. A node-centred field is trilinear on the nodes of its leaf cells, whatever the `method`:
+    /// [`Method::Nodal`]; its hanging nodes (on the faces of coarser leaf cells) take the coarser cells' values, in
+    /// copies of their bricks.
     ///
     /// # Panics
-    /// Where the field belongs to another hierarchy with a different number of bricks.
+    /// Where the field belongs to another hierarchy with a different number of bricks, or where a cell-centred one is to
+    /// be nodal.
     pub fn new(index: Arc<Index>, field: Field, method: Method) -> Self {
         assert_eq!(field.brick_count(), index.hierarchy().brick_count(), "bricks of the field and of the index");
+        let (field, method) = match field.centering() {
+            Centering::Cells => {
+                assert_eq!(method.centering(), Centering::Cells, "the reconstruction of {}", field.name());
+                (field, method)
+            }
+            Centering::Nodes => (conforming(&index, &field), Method::Nodal),
+        };
         Self {
             index,
             field,
@@ -88,7 +98,9 @@ impl Volume {
     /// Bytes of memory that marching needs besides the field: a padded copy, or notes on regions for values in place.
     pub fn layout_bytes(&self, layout: Layout) -> u64 {
         match layout {
-            Layout::Padded => self.padded.get().map_or_else(|| padded_bytes(self.hierarchy()), Padded::bytes),
+            Layout::Padded => {
+                self.padded.get().map_or_else(|| padded_bytes(self.hierarchy(), self.field.centering()), Padded::bytes)
+            }
             Layout::InPlace => self.in_place.get().map_or(0, InPlacePlan::bytes),
         }
     }
@@ -166,7 +178,8 @@ impl Volume {
         AnySampler::new(&self.index, self.field.values(), self.method, self.normalisation())
     }
 
-    /// Folds all leaf cells, in parallel: `fold` adds a cell to a partial result that began as `start()`, and `merge`
+    /// Folds all leaf cells, in parallel; of node-centred fields each is eight, an eighth as large, with the values of its
+    /// nodes: `fold` adds a cell to a partial result that began as `start()`, and `merge`
     /// joins two of them, in the order of the regions, so that the result does not depend on the number of threads.
     pub fn fold_leaf_cells<A: Send>(
         &self,
@@ -211,12 +224,19 @@ impl Volume {
             return;
         };
         let description = &self.hierarchy().levels()[level];
-        let volume = description.cell_size().iter().product();
+        let volume: f64 = description.cell_size().iter().product();
         let low = description.brick_at(place).low;
+        let (corners, share) = match self.field.centering() {
+            Centering::Cells => (1, 1.0),
+            Centering::Nodes => (8, 0.125),
+        };
         with_voxels!(self.field.values(), bricks => self.index.for_each_leaf_box(region, cells, &mut |leaves| {
-            bricks[place].for_each_in(low, &leaves, |value| {
-                visit(LeafCell { value: value.to_f64(), level, volume });
-            });
+            for corner in 0..corners {
+                let step = |index: [i64; 3]| std::array::from_fn(|axis| index[axis] + (corner >> axis & 1));
+                bricks[place].for_each_in(low, &IndexBox::new(step(leaves.low), step(leaves.high)), |value| {
+                    visit(LeafCell { value: value.to_f64(), level, volume: volume * share });
+                });
+            }
         }));
     }
 }

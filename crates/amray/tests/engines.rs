@@ -10,7 +10,7 @@ use amray::render::{Engine, Film, Integration, Layout, RenderOptions};
 use amray::scene::{Camera, Projection, Viewpoint};
 use amray_testing::{Random, RandomMesh, Shape, nested, nested_cubes, noise};
 
-use common::{extinction, front, largest, oblique, of_centers, picture, rms, volume};
+use common::{METHODS, extinction, front, largest, oblique, of_centers, picture, rms, volume};
 
 const ENGINES: [Engine; 3] = [Engine::March(Layout::Padded), Engine::March(Layout::InPlace), Engine::Query];
 
@@ -130,7 +130,7 @@ fn sampling_error(jumps: bool, samples_per_cell: f64) -> f64 {
 #[test]
 fn engines_agree_on_random_meshes() {
     for seed in 0..12 {
-        for method in Method::ALL {
+        for method in METHODS {
             let (volume, viewpoint) = random_view(seed, method);
             let shot = Shot { volume: &volume, function: extinction(&[(0.0, 0.02), (1.0, 0.3)]), viewpoint };
             // A query's step fits the cell that it comes from; next to a hole it counts for half.
@@ -150,7 +150,7 @@ fn engines_agree_on_random_meshes() {
 #[test]
 fn pictures_of_random_meshes_are_those_of_single_rays() {
     for seed in 0..8 {
-        for method in Method::ALL {
+        for method in METHODS {
             let (volume, viewpoint) = random_view(seed, method);
             let shot = Shot { volume: &volume, function: extinction(&[(0.0, 0.02), (1.0, 0.3)]), viewpoint };
             // At holes, and where values jump, light is off by up to half a step: with nearest on every face.
@@ -163,7 +163,7 @@ fn pictures_of_random_meshes_are_those_of_single_rays() {
 #[test]
 fn what_is_spared_is_not_seen() {
     let with_holes = random_mesh(3, Shape { base: [12, 16], holes: true, ..Shape::default() });
-    for method in Method::ALL {
+    for method in METHODS {
         // Bends along diagonals alone.
         let twisted = of_centers(nested(16, 3, 8), method, |[x, y, z]| (x * y + z) / 2.0);
         let nested = of_centers(nested(8, 3, 4), method, smooth);
@@ -194,7 +194,7 @@ fn what_is_spared_is_not_seen() {
 #[test]
 fn steps_of_a_pixel_converge() {
     // Where pixels are larger than cells, steps are as long as pixels.
-    for method in Method::ALL {
+    for method in METHODS {
         let (volume, viewpoint) = random_view(5, method);
         let function = extinction(&[(0.6, 0.0), (0.9, 3.0), (1.0, 0.0)]);
         let shot = Shot { volume: &volume, function, viewpoint };

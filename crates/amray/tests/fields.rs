@@ -12,16 +12,19 @@ use amray::scene::{
 };
 use amray_testing::{Random, RandomMesh, Shape, nested};
 
-use common::{extinction, largest, oblique, of_centers};
+use common::{METHODS, extinction, largest, oblique, of_centers};
 
 const SIZE: usize = 16;
 const LAYOUTS: [Layout; 2] = [Layout::Padded, Layout::InPlace];
 
-/// Another field of the same mesh, from its values at cell centres.
+/// Another field of the same mesh, from its values at cell centres or nodes.
 fn beside(volume: &Volume, function: impl Fn([f64; 3]) -> f64) -> Volume {
     let hierarchy = volume.hierarchy();
-    let value = |level, cell: [i64; 3]| function(hierarchy.to_world(level, cell.map(|index| index as f64 + 0.5)));
-    Volume::new(volume.index().clone(), Field::from_fn("other", hierarchy, value), volume.method())
+    let centering = volume.field().centering();
+    let value =
+        |level, cell: [i64; 3]| function(hierarchy.to_world(level, cell.map(|index| index as f64 + centering.place())));
+    let field = Field::centered_from_fn("other", centering, hierarchy, value);
+    Volume::new(volume.index().clone(), field, volume.method())
 }
 
 fn shown(volume: &Volume, transfer_function: TransferFunction) -> ShownField<'_> {
@@ -106,7 +109,7 @@ fn fields(volume: &Volume) -> (Volume, Volume, [TransferFunction; 3]) {
 
 #[test]
 fn fields_add_up_along_rays() {
-    for method in Method::ALL {
+    for method in METHODS {
         let volume = of_centers(nested(16, 3, 8), method, |[x, y, z]| (x * y + z) / 2.0);
         let (second, third, [one, two, three]) = fields(&volume);
         let overlays = vec![shown(&second, two), shown(&third, three)];

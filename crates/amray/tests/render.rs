@@ -11,7 +11,7 @@ use amray::render::{Film, RenderOptions};
 use amray::scene::{Projection, Viewpoint};
 use amray_testing::{Random, nested};
 
-use common::{extinction, front, largest, oblique, of_centers, picture, rms};
+use common::{METHODS, extinction, front, largest, oblique, of_centers, picture, rms};
 
 fn smooth([x, y, z]: [f64; 3]) -> f64 {
     0.5 + 0.25 * (TAU * x).sin() * (TAU * y).cos() + 0.25 * (TAU * (z + 0.5 * x)).sin()
@@ -87,7 +87,7 @@ fn levels_do_not_show_on_smooth_data() {
 #[test]
 fn bricks_do_not_show() {
     let mut random = Random(1);
-    for method in Method::ALL {
+    for method in METHODS {
         let seed = random.bits();
         let volumes = [3, 8, 16].map(|brick| {
             // Noise: every cell differs from its neighbours.

@@ -11,7 +11,7 @@ use amray::scene::{Camera, CameraRay, Paint, Projection, Scene, Surface, Viewpoi
 use amray_testing::{Random, RandomMesh, Shape, noise};
 use proptest::prelude::*;
 
-use common::{extinction, of_centers, volume};
+use common::{METHODS, extinction, of_centers, volume};
 
 const SIZE: [usize; 2] = [8, 8];
 
@@ -133,7 +133,7 @@ fn column_densities_are_exact() {
             let [x, y, z] = point.map(|place| 20.0 * place / side);
             SCALE * (1.0 + 0.6 * (x + 0.3 * y).sin() * (y - 0.5 * z).cos())
         };
-        for method in Method::ALL {
+        for method in METHODS {
             let volume = of_centers(hierarchy.clone(), method, density);
             for layout in [Layout::Padded, Layout::InPlace] {
                 let image = project(&volume, &camera, [PIXELS; 2], Reduction::Integral, layout, &|_| {});
@@ -170,7 +170,7 @@ proptest! {
         const LEVEL: f64 = 0.37;
         let (hierarchy, viewpoint, _) = random_case(seed);
         let camera = Camera::new(viewpoint).unwrap();
-        for method in Method::ALL {
+        for method in METHODS {
             let volume = volume(hierarchy.clone(), method, noise);
             let depth = Depth::new(&volume, &camera);
             let paint = Paint::Field(&depth.field, depth.function.clone());
@@ -237,7 +237,7 @@ proptest! {
     fn projections_are_those_of_many_samples(seed: u64) {
         let (hierarchy, viewpoint, _) = random_case(seed);
         let camera = Camera::new(viewpoint).unwrap();
-        for method in Method::ALL {
+        for method in METHODS {
             let volume = volume(hierarchy.clone(), method, |level, cell| match noise(level, cell) {
                 value if seed.is_multiple_of(2) && value < 0.03 => f64::NAN,
                 value => value,

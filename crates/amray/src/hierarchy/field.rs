@@ -5,11 +5,39 @@ use thiserror::Error;
 use super::values::{BrickValues, Residence, Voxel, VoxelType};
 use super::{Hierarchy, IndexBox};
 
-/// One scalar per cell over a hierarchy.
+/// One scalar per cell, or per node, over a hierarchy.
 #[derive(Clone, Debug)]
 pub struct Field {
     name: String,
+    centering: Centering,
     values: FieldValues,
+}
+
+/// What a field's values belong to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Centering {
+    /// The centres of cells: a brick has as many values as cells.
+    Cells,
+    /// The corners of cells: a brick has one value more per axis. Neighbouring bricks both store the nodes between them.
+    Nodes,
+}
+
+impl Centering {
+    /// Where a value lies from the low corner of the cell with its index on, in cells along each axis.
+    pub fn place(self) -> f64 {
+        match self {
+            Self::Cells => 0.5,
+            Self::Nodes => 0.0,
+        }
+    }
+
+    /// Which values a brick of `cells` has: node (i, j, k) is the low corner of cell (i, j, k).
+    pub fn values_of(self, cells: &IndexBox) -> IndexBox {
+        match self {
+            Self::Cells => *cells,
+            Self::Nodes => IndexBox::new(cells.low, cells.high.map(|index| index + 1)),
+        }
+    }
 }
 
 /// The bricks' values, in the order of [`Hierarchy::bricks`]; all of one number type.
@@ -45,8 +73,8 @@ pub enum FieldError {
         /// Bricks with values.
         found: usize,
     },
-    /// A brick whose values have another shape than its cells.
-    #[error("field {field}, level {level}, brick {brick}: values of {found:?} cells, expected {expected:?}")]
+    /// A brick whose values have another shape than its cells or nodes.
+    #[error("field {field}, level {level}, brick {brick}: {found:?} values, expected {expected:?}")]
     BrickSize {
         /// The field's name.
         field: String,
@@ -54,20 +82,33 @@ pub enum FieldError {
         level: usize,
         /// The brick's number on its level.
         brick: usize,
-        /// Cells per axis of the brick.
+        /// Cells, or nodes, per axis of the brick.
         expected: [i64; 3],
-        /// Cells per axis of its values.
+        /// Its values per axis.
         found: [usize; 3],
     },
 }
 
 impl Field {
-    /// A field with one set of values for every brick of `hierarchy`, in the order of [`Hierarchy::bricks`].
+    /// A field with one value per cell for every brick of `hierarchy`, in the order of [`Hierarchy::bricks`].
     ///
     /// # Errors
     /// [`FieldError`] where the number of bricks or the shape of one differs.
     pub fn new(name: impl Into<String>, values: FieldValues, hierarchy: &Hierarchy) -> Result<Self, FieldError> {
-        let field = Self { name: name.into(), values };
+        Self::centered(name, Centering::Cells, values, hierarchy)
+    }
+
+    /// A field with one value per cell or node, as `centering` says, for every brick of `hierarchy`.
+    ///
+    /// # Errors
+    /// As [`Field::new`].
+    pub fn centered(
+        name: impl Into<String>,
+        centering: Centering,
+        values: FieldValues,
+        hierarchy: &Hierarchy,
+    ) -> Result<Self, FieldError> {
+        let field = Self { name: name.into(), centering, values };
         let sizes: Vec<_> = with_voxels!(&field.values, bricks => bricks.iter().map(BrickValues::size).collect());
         if sizes.len() != hierarchy.brick_count() {
             return Err(FieldError::BrickCount {
@@ -77,8 +118,8 @@ impl Field {
             });
         }
         for (brick, found) in hierarchy.bricks().zip(sizes) {
-            let expected = brick.cells.size();
-            if expected != found.map(|cells| cells as i64) {
+            let expected = centering.values_of(&brick.cells).size();
+            if expected != found.map(|values| values as i64) {
                 let (level, brick) = (brick.level, brick.number);
                 return Err(FieldError::BrickSize { field: field.name, level, brick, expected, found });
             }
@@ -95,16 +136,35 @@ impl Field {
     where
         FieldValues: From<Vec<BrickValues<T>>>,
     {
+        Self::centered_from_fn(name, Centering::Cells, hierarchy, value)
+    }
+
+    /// A field with owned values, each cell's or node's computed from its level and index.
+    pub fn centered_from_fn<T: Voxel>(
+        name: impl Into<String>,
+        centering: Centering,
+        hierarchy: &Hierarchy,
+        value: impl Fn(usize, [i64; 3]) -> T,
+    ) -> Self
+    where
+        FieldValues: From<Vec<BrickValues<T>>>,
+    {
         let bricks = hierarchy.bricks().map(|brick| {
-            let values = brick.cells.iter().map(|cell| value(brick.level, cell)).collect();
-            BrickValues::owned(values, size_of_box(&brick.cells)).expect("one value per cell was made")
+            let places = centering.values_of(&brick.cells);
+            let values = places.iter().map(|place| value(brick.level, place)).collect();
+            BrickValues::owned(values, size_of_box(&places)).expect("one value per place was made")
         });
-        Self { name: name.into(), values: bricks.collect::<Vec<_>>().into() }
+        Self { name: name.into(), centering, values: bricks.collect::<Vec<_>>().into() }
     }
 
     /// The field's name, as the file spells it.
     pub fn name(&self) -> &str {
         &self.name
+    }
+
+    /// What the values belong to.
+    pub fn centering(&self) -> Centering {
+        self.centering
     }
 
     /// The bricks' values.
@@ -125,7 +185,8 @@ impl Field {
         }
     }
 
-    /// The value of a cell as f64; `brick` counts as [`Hierarchy::bricks`] does, `cell` from the brick's low corner.
+    /// The value of a cell, or node, as f64; `brick` counts as [`Hierarchy::bricks`] does, `cell` from the brick's low
+    /// corner.
     ///
     /// # Panics
     /// Where the brick or the cell does not exist.

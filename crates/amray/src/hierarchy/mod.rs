@@ -17,7 +17,7 @@ mod values;
 
 pub use error::{HierarchyError, HierarchyWarning};
 pub(crate) use field::with_voxels;
-pub use field::{Field, FieldError, FieldValues};
+pub use field::{Centering, Field, FieldError, FieldValues};
 pub use index_box::IndexBox;
 pub(crate) use lane_values::{LaneNormalisation, LaneValues};
 pub use normalisation::Normalisation;

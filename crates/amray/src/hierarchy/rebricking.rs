@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::field::{FieldValues, with_voxels};
 use super::restrict::restrict;
 use super::values::{BrickValues, Voxel};
-use super::{Field, Hierarchy, HierarchyError, IndexBox, LevelDescription};
+use super::{Centering, Field, Hierarchy, HierarchyError, IndexBox, LevelDescription};
 
 /// A hierarchy made from another one, and where the values of its bricks come from.
 ///
@@ -47,8 +47,9 @@ impl Rebricking {
     /// the others are copies.
     ///
     /// # Panics
-    /// Where the field is not one of the other hierarchy.
+    /// Where the field is not a cell-centred one of the other hierarchy.
     pub fn apply(&self, field: &Field) -> Field {
+        assert_eq!(field.centering(), Centering::Cells, "the centering of {}", field.name());
         let values: FieldValues = with_voxels!(field.values(), bricks => self.rebricked(bricks).into());
         Field::new(field.name(), values, &self.hierarchy).expect("every new brick was filled")
     }
@@ -61,7 +62,7 @@ impl Rebricking {
             Source::Finer => owned(vec![T::from_f64(f64::NAN); cells.cells() as usize], cells),
         };
         let mut bricks: Vec<_> = self.sources.par_iter().zip(&boxes).map(gather).collect();
-        restrict(&mut bricks, &self.hierarchy, |place| matches!(self.sources[place], Source::Finer));
+        restrict(&mut bricks, Centering::Cells, &self.hierarchy, |place| matches!(self.sources[place], Source::Finer));
         bricks
     }
 }

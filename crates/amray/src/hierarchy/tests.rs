@@ -108,7 +108,7 @@ fn fields_must_fit_their_hierarchy() {
     assert_eq!(field(&[8, 4]).unwrap_err().to_string(), "field rho: values of 2 bricks, expected 3");
     assert_eq!(
         field(&[8, 4, 5]).unwrap_err().to_string(),
-        "field rho, level 1, brick 1: values of [5, 5, 5] cells, expected [4, 4, 4]"
+        "field rho, level 1, brick 1: [5, 5, 5] values, expected [4, 4, 4]"
     );
 }
 

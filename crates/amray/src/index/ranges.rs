@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::blocks::{Blocks, Cells, NOTHING};
 use super::{Index, Node};
-use crate::hierarchy::{Field, IndexBox, Level, Voxel, with_voxels};
+use crate::hierarchy::{Centering, Field, IndexBox, Level, Voxel, with_voxels};
 
 /// Value ranges of a field over an index. Non-finite values do not count.
 #[derive(Clone, Debug)]
@@ -20,7 +20,10 @@ impl ValueRanges {
         let regions: Vec<[f32; 2]> = with_voxels!(field.values(), bricks => {
             let blocks: Vec<_> = bricks.par_iter().map(Blocks::new).collect();
             let of_region = |pieces: &mut Vec<(usize, Cells)>, (region, cells): (usize, &IndexBox)| {
-                find_pieces(index, region, cells, pieces);
+                match field.centering() {
+                    Centering::Cells => find_pieces(index, region, cells, pieces),
+                    Centering::Nodes => find_nodes(index, region, cells, pieces),
+                }
                 range_of(&blocks, pieces)
             };
             index.region_boxes().par_iter().enumerate().map_init(Vec::new, of_region).collect()
@@ -84,6 +87,20 @@ fn find_pieces(index: &Index, number: usize, cells: &IndexBox, pieces: &mut Vec<
             high: std::array::from_fn(|axis| around.high[axis].max(reached.high[axis])),
         };
     }
+}
+
+/// Finds the nodes of the region's leaf cells.
+fn find_nodes(index: &Index, number: usize, cells: &IndexBox, pieces: &mut Vec<(usize, Cells)>) {
+    pieces.clear();
+    let region = &index.regions[number];
+    let Some((level, brick)) = region.finest_level().and_then(|level| index.finest_brick(region, level)) else {
+        return;
+    };
+    let description = &index.hierarchy.levels()[level];
+    let first = description.brick_at(brick).low;
+    let nodes = Centering::Nodes.values_of(&cells.coarsened(description.finest_cells()));
+    let inside = |corner: [i64; 3]| std::array::from_fn(|axis| (corner[axis] - first[axis]) as usize);
+    pieces.push((brick, [nodes.low, nodes.high].map(inside)));
 }
 
 /// The corners of all dual cells of a level around the points of `cells` (of the finest level, closed), in the domain.

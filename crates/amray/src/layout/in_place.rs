@@ -30,9 +30,11 @@ impl InPlacePlan {
             let Some((level, place)) = region.finest_level().and_then(|level| index.finest_brick(region, level)) else {
                 return (RegionFrame::default(), 0);
             };
-            let (pure, whole) = (pure(index, region, level, volume.method()), [cells.low, cells.high]);
+            let whole = [cells.low, cells.high];
+            let pure = pure(index, region, whole, level, volume.method());
             let description = &index.hierarchy().levels()[level];
-            let low = description.brick_at(place).low.map(|cell| cell as f64 + 0.5);
+            let first = volume.field().centering().place();
+            let low = description.brick_at(place).low.map(|cell| cell as f64 + first);
             let size = description.finest_cells();
             let local = |corner: [f64; 3]| -> [f32; 3] {
                 std::array::from_fn(|axis| (corner[axis] / size[axis] as f64 - low[axis]) as f32)
@@ -44,7 +46,7 @@ impl InPlacePlan {
         let (ranges, normalisation) = (volume.ranges(), volume.normalisation());
         let pieces = with_voxels!(volume.field().values(), values => {
             let source =
-                BrickPieces { index, ranges, normalisation, frames: &frames, places: &bricks, bricks: values };
+                BrickPieces { index, ranges, normalisation, centering: volume.field().centering(), frames: &frames, places: &bricks, bricks: values };
             pieces::tree(index, &source)
         });
         let levels = index.hierarchy().levels().iter();
@@ -65,11 +67,12 @@ impl InPlacePlan {
 }
 
 /// The box, in cells of the finest level, in which a region's finest brick alone has the values that a method needs.
-fn pure(index: &Index, region: &Region, level: usize, method: Method) -> [[f64; 3]; 2] {
+fn pure(index: &Index, region: &Region, whole: [[i64; 3]; 2], level: usize, method: Method) -> [[f64; 3]; 2] {
     let nowhere = NO_BOX.map(|corner| corner.map(f64::from));
     match method {
         // Found in the brick, but only by the packets' own way.
         Method::Nearest => nowhere,
+        Method::Nodal => whole.map(|corner| corner.map(|cell| cell as f64)),
         Method::Finest if level < index.hierarchy().finest_level() => nowhere,
         _ if (0..3).any(|axis| region.interior()[1][axis] <= region.interior()[0][axis]) => nowhere,
         _ => region.interior(),

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use super::pieces::PieceNode;
 use super::*;
 use crate::Volume;
-use crate::hierarchy::{BrickValues, Field, FieldValues, Hierarchy, IndexBox, LevelDescription};
+use crate::hierarchy::{BrickValues, Centering, Field, FieldValues, Hierarchy, IndexBox, LevelDescription};
 use crate::index::Index;
 use crate::reconstruction::{Method, Sampler};
 use crate::simd::{InstructionSet, Kernel, LANES};
@@ -77,46 +77,37 @@ fn random_mesh(seed: u64, random: &mut Random) -> Hierarchy {
     own!(RandomMesh::new(random, Shape::any(seed)).cut(random))
 }
 
-/// A mesh and its values, from which a volume can be made for each method.
+/// A mesh and its values, at cells and at nodes, from which a volume can be made for each method.
 struct Case {
     index: Arc<Index>,
-    field: Field,
+    cells: Field,
+    nodes: Field,
+}
+
+/// Those that can be chosen, and that of node-centred fields.
+fn methods() -> impl Iterator<Item = Method> {
+    Method::ALL.into_iter().chain([Method::Nodal])
 }
 
 impl Case {
     fn new(hierarchy: Hierarchy, value: impl Fn(usize, [i64; 3]) -> f64) -> Self {
-        let field = Field::from_fn("value", &hierarchy, value);
-        Self { index: Arc::new(Index::build(Arc::new(hierarchy))), field }
+        let field = |centering| Field::centered_from_fn("value", centering, &hierarchy, &value);
+        let (cells, nodes) = (field(Centering::Cells), field(Centering::Nodes));
+        Self { index: Arc::new(Index::build(Arc::new(hierarchy))), cells, nodes }
     }
 
     fn volume(&self, method: Method) -> Volume {
-        Volume::new(self.index.clone(), self.field.clone(), method)
-    }
-
-    fn bricks(&self) -> &[BrickValues<f64>] {
-        match self.field.values() {
-            FieldValues::F64(bricks) => bricks,
-            FieldValues::F32(_) => unreachable!("the cases hold f64"),
-        }
-    }
-
-    /// The width of the field's range.
-    fn width(&self) -> f64 {
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        for brick in self.bricks() {
-            brick.for_each([0; 3], brick.size(), |value| {
-                if value.is_finite() {
-                    (low, high) = (low.min(value), high.max(value));
-                }
-            });
-        }
-        high - low
+        let field = match method.centering() {
+            Centering::Cells => &self.cells,
+            Centering::Nodes => &self.nodes,
+        };
+        Volume::new(self.index.clone(), field.clone(), method)
     }
 
     /// Holds both layouts, for every method, against the reference at some points of every region, with a share of
     /// `on_faces` of their coordinates on the region's faces.
     fn check(&self, random: &mut Random, on_faces: f64) -> Result<(), TestCaseError> {
-        for method in Method::ALL {
+        for method in methods() {
             let volume = self.volume(method);
             let sampler = &volume.packet_sampler();
             let padded = PaddedValues::new(volume.padded(), sampler);
@@ -135,8 +126,8 @@ impl Case {
         (random, on_faces): (&mut Random, f64),
     ) -> Result<(), TestCaseError> {
         let method = volume.method();
-        let reference = Sampler::new(&self.index, self.bricks(), method);
-        let (normalisation, width) = (volume.normalisation(), self.width());
+        let reference = Sampler::new(&self.index, bricks(volume), method);
+        let (normalisation, width) = (volume.normalisation(), width(volume));
         let places = region_places(&self.index);
         for (region, cells) in self.index.region_boxes().into_iter().enumerate() {
             let frame = values.frame(region);
@@ -216,6 +207,26 @@ impl Case {
         }
         Ok(())
     }
+}
+
+fn bricks(volume: &Volume) -> &[BrickValues<f64>] {
+    match volume.field().values() {
+        FieldValues::F64(bricks) => bricks,
+        FieldValues::F32(_) => unreachable!("the cases hold f64"),
+    }
+}
+
+/// The width of the field's range.
+fn width(volume: &Volume) -> f64 {
+    let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+    for brick in bricks(volume) {
+        brick.for_each([0; 3], brick.size(), |value| {
+            if value.is_finite() {
+                (low, high) = (low.min(value), high.max(value));
+            }
+        });
+    }
+    high - low
 }
 
 /// Whether slopes, in units of the range per cell, are among those `around` them but for what single precision makes of
@@ -329,7 +340,7 @@ proptest! {
             value if seed.is_multiple_of(2) && value < 0.02 => f64::NAN,
             value => value,
         });
-        for method in Method::ALL {
+        for method in methods() {
             let volume = case.volume(method);
             check_pieces(&case, &volume, &volume.padded().pieces, &mut random)?;
             check_pieces(&case, &volume, &volume.in_place().pieces, &mut random)?;
@@ -343,7 +354,7 @@ fn check_pieces(case: &Case, volume: &Volume, nodes: &[PieceNode], random: &mut 
     let mut filled = vec![0; boxes.len()];
     let mut visited = 0;
     let mut stack = vec![(0usize, case.index.domain())];
-    let reference = Sampler::new(&case.index, case.bricks(), volume.method());
+    let reference = Sampler::new(&case.index, bricks(volume), volume.method());
     while let Some((place, cells)) = stack.pop() {
         let node = &nodes[place];
         visited += 1;

@@ -5,6 +5,8 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
+use crate::hierarchy::Centering;
+
 /// How cells become a continuous function. P is the point; the hat of a cell is the trilinear weight that falls from
 /// 1 at its centre to 0 one cell width away; a virtual corner takes its closest existing cell.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -24,12 +26,23 @@ pub enum Method {
     Octant,
     /// Like blend, but virtual corners take the coarser levels' continuous function; exact for linear fields.
     Prolong,
+    /// Trilinear on the nodes of the leaf cell that contains P: what volumes of node-centred fields have instead of the
+    /// others.
+    Nodal,
 }
 
 impl Method {
-    /// All methods, from the simplest on.
+    /// The methods of cell-centred fields, which can be chosen, from the simplest on.
     pub const ALL: [Self; 7] =
         [Self::Nearest, Self::Finest, Self::Current, Self::Blend, Self::Basis, Self::Octant, Self::Prolong];
+
+    /// Which fields the method is for.
+    pub const fn centering(self) -> Centering {
+        match self {
+            Self::Nodal => Centering::Nodes,
+            _ => Centering::Cells,
+        }
+    }
 
     /// The method's name on the command line.
     pub const fn name(self) -> &'static str {
@@ -41,6 +54,7 @@ impl Method {
             Self::Basis => "basis",
             Self::Octant => "octant",
             Self::Prolong => "prolong",
+            Self::Nodal => "nodal",
         }
     }
 }

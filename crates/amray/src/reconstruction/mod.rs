@@ -6,8 +6,10 @@
 
 mod basis;
 mod blend;
+mod conforming;
 mod dual_cell;
 mod method;
+mod nodal;
 mod number;
 mod octant;
 mod packet;
@@ -18,6 +20,7 @@ use crate::index::{Found, Index, Region};
 
 use number::Number;
 
+pub(crate) use conforming::conforming;
 pub use method::{Method, UnknownMethod};
 pub use number::ValueAndGradient;
 pub(crate) use packet::{AnySampler, LaneNumber, ValuesAndGradients, linear_weights, made_whole};
@@ -113,7 +116,7 @@ impl<'a, T: Voxel> Sampler<'a, T> {
         let region = &self.index.regions()[region];
         let Some(level) = region.finest_level() else { return N::constant(f64::NAN) };
         let one_level = match self.method {
-            Method::Nearest => false,
+            Method::Nearest | Method::Nodal => false,
             Method::Finest => level == self.index.hierarchy().finest_level(),
             _ => true,
         };
@@ -136,6 +139,7 @@ impl<'a, T: Voxel> Sampler<'a, T> {
             Method::Basis => self.basis(region, point),
             Method::Octant => self.octant(point),
             Method::Prolong => self.prolong(region.finest_in_reach(), point).unwrap_or(N::constant(f64::NAN)),
+            Method::Nodal => self.nodal(region, level, point),
         }
     }
 

@@ -11,17 +11,31 @@ use amray::reconstruction::Method;
 use amray::render::{Film, RenderOptions, render};
 use amray::scene::{Camera, Projection, Scene, Viewpoint};
 
-/// The volume with `value(level, cell)` in each cell.
+/// The methods that can be chosen, and that of node-centred fields.
+pub(crate) const METHODS: [Method; 8] = [
+    Method::Nearest,
+    Method::Finest,
+    Method::Current,
+    Method::Blend,
+    Method::Basis,
+    Method::Octant,
+    Method::Prolong,
+    Method::Nodal,
+];
+
+/// The volume with `value(level, cell)` in each cell, or at each node.
 pub(crate) fn volume(hierarchy: Hierarchy, method: Method, value: impl Fn(usize, [i64; 3]) -> f64) -> Volume {
     let hierarchy = Arc::new(hierarchy);
-    let field = Field::from_fn("value", &hierarchy, value);
+    let field = Field::centered_from_fn("value", method.centering(), &hierarchy, value);
     Volume::new(Arc::new(Index::build(hierarchy)), field, method)
 }
 
-/// The volume with the value of `function` at each cell's centre.
+/// The volume with the value of `function` at each cell's centre, or at each node.
 pub(crate) fn of_centers(hierarchy: Hierarchy, method: Method, function: impl Fn([f64; 3]) -> f64) -> Volume {
     let centers = hierarchy.clone();
-    volume(hierarchy, method, |level, cell| function(centers.to_world(level, cell.map(|index| index as f64 + 0.5))))
+    volume(hierarchy, method, |level, cell| {
+        function(centers.to_world(level, cell.map(|index| index as f64 + method.centering().place())))
+    })
 }
 
 /// From orange to blue, with an extinction that is linear between points of a value and an extinction.

@@ -87,7 +87,7 @@ impl<S: Gather, N: LaneNumber<S>> Places<S, N> {
         for axis in 0..3 {
             // As naturals, what is below zero is above the highest cell.
             let natural: Naturals<S> = self.cells[axis].bitcast();
-            inside &= natural.simd_le(Naturals::splat(simd, brick.cells[axis] as u32));
+            inside &= natural.simd_le(Naturals::splat(simd, brick.values[axis] as u32));
         }
         inside
     }
@@ -424,7 +424,7 @@ fn offset<S: Gather>(simd: S, brick: &PaddedBrick, cell: [Integers<S>; 3]) -> In
     for axis in 0..3 {
         // As naturals, what is below zero is above the highest cell.
         let natural: Naturals<S> = cell[axis].bitcast();
-        clamped[axis] = natural.min(Naturals::splat(simd, brick.cells[axis] as u32)).bitcast();
+        clamped[axis] = natural.min(Naturals::splat(simd, brick.values[axis] as u32)).bitcast();
     }
     let (row, slice) = (Integers::splat(simd, brick.strides[0]), Integers::splat(simd, brick.strides[1]));
     clamped[0] + clamped[1] * row + clamped[2] * slice

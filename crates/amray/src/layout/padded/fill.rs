@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::{FLAG, HOLE, NOT_FINITE, Padding, is_hole};
-use crate::hierarchy::{Brick, IndexBox, Normalisation, Voxel};
+use crate::hierarchy::{Brick, Centering, IndexBox, Normalisation, Voxel};
 use crate::reconstruction::Sampler;
 
 /// Fills all bricks, each between two of `starts`; returns whether all values are finite.
@@ -65,6 +65,9 @@ impl Padded<'_> {
 
 impl<T: Voxel> Filler<'_, T> {
     fn brick(&self, place: usize, brick: &Brick, values: &mut [f32]) {
+        if self.padding == Padding::Nodes {
+            return self.nodes(place, brick, values);
+        }
         let mut padded = Padded { cells: brick.cells.grown([1; 3]), values };
         self.copy(place, brick.level, &brick.cells, &mut padded, FLAG);
         let index = self.sampler.index();
@@ -93,6 +96,28 @@ impl<T: Voxel> Filler<'_, T> {
             }
         });
         self.extend_over_boundary(&inside, &mut padded);
+    }
+
+    /// A brick of nodes: beside its own, the function that the field is, or beside holes, where nodes of no weight must
+    /// be numbers too, the nearest of its own.
+    fn nodes(&self, place: usize, brick: &Brick, values: &mut [f32]) {
+        let own = Centering::Nodes.values_of(&brick.cells);
+        let mut padded = Padded { cells: own.grown([1; 3]), values };
+        let index = self.sampler.index();
+        let size = index.hierarchy().levels()[brick.level].finest_cells();
+        let all = padded.cells;
+        padded.for_each_row(&all, |[x, y, z], row| {
+            let inner = own.contains([own.low[0], y, z]);
+            for (target, x) in row.iter_mut().zip(x..) {
+                if !(inner && (own.low[0]..own.high[0]).contains(&x)) {
+                    let node = [x, y, z];
+                    let value = self.sampler.sample(std::array::from_fn(|axis| (node[axis] * size[axis]) as f64));
+                    let nearest = || self.sampler.bricks()[place].get(from_corner(own.clamp(node), own.low)).to_f64();
+                    *target = self.flagged(if value.is_nan() { nearest() } else { value }, FLAG);
+                }
+            }
+        });
+        self.copy(place, brick.level, &own, &mut padded, FLAG);
     }
 
     /// Copies `cells` from the brick at `place`, which is of the same `level`.
@@ -175,7 +200,7 @@ impl<T: Voxel> Filler<'_, T> {
                     beyond[axis] = outside;
                     padded.row(beyond, 1)[0] = match self.padding {
                         Padding::Leaves => f32::from_bits(value.to_bits() & !FLAG),
-                        Padding::Closest | Padding::Prolonged => value,
+                        Padding::Closest | Padding::Prolonged | Padding::Nodes => value,
                     };
                 }
             }
@@ -190,6 +215,11 @@ impl<T: Voxel> Filler<'_, T> {
         let bits = if unit.is_finite() { unit.to_bits() & !FLAG } else { NOT_FINITE };
         f32::from_bits(bits | flag)
     }
+}
+
+/// A cell or node of a brick, counted from the brick's low corner.
+fn from_corner(place: [i64; 3], low: [i64; 3]) -> [usize; 3] {
+    std::array::from_fn(|axis| (place[axis] - low[axis]) as usize)
 }
 
 /// The cells whose centres lie in a box of finest cells; `size` is a cell's size in them.

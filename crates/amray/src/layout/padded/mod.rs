@@ -11,7 +11,7 @@ mod point;
 
 use super::pieces::{self, PaddedPieces, PieceNode};
 use crate::Volume;
-use crate::hierarchy::{Hierarchy, Normalisation, with_voxels};
+use crate::hierarchy::{Centering, Hierarchy, Normalisation, with_voxels};
 use crate::reconstruction::{Method, Sampler};
 
 pub(crate) use evaluate::PaddedValues;
@@ -27,6 +27,8 @@ pub(crate) enum Padding {
     Leaves,
     /// Virtual cells hold the coarser levels' continuous function at their centre; actual cells are flagged.
     Prolonged,
+    /// Values belong to nodes; those of other bricks hold the field's function there; all are flagged.
+    Nodes,
 }
 
 impl Padding {
@@ -35,6 +37,7 @@ impl Padding {
         match method {
             Method::Basis => Self::Leaves,
             Method::Prolong => Self::Prolonged,
+            Method::Nodal => Self::Nodes,
             _ => Self::Closest,
         }
     }
@@ -69,7 +72,7 @@ impl PaddedField {
     /// A padded copy of the volume's field, filled in parallel.
     pub(crate) fn build(volume: &Volume) -> Self {
         let normalisation = volume.normalisation();
-        let starts = starts(volume.hierarchy());
+        let starts = starts(volume.hierarchy(), volume.field().centering());
         // Pairs of values are read at once: one more than there are.
         let mut values = vec![0.0; starts[starts.len() - 1] + 1];
         let is_finite = with_voxels!(volume.field().values(), bricks => {
@@ -81,7 +84,7 @@ impl PaddedField {
 
     /// The values of a brick.
     pub(super) fn brick(&self, brick: &PaddedBrick) -> &[f32] {
-        let size: usize = brick.cells.iter().map(|&cells| cells as usize + 2).product();
+        let size: usize = brick.values.iter().map(|&values| values as usize + 2).product();
         &self.values[brick.start..brick.start + size]
     }
 
@@ -124,17 +127,16 @@ impl Padded {
 }
 
 /// Bytes of memory that the padded copy of a field over `hierarchy` takes.
-pub fn padded_bytes(hierarchy: &Hierarchy) -> u64 {
-    let padded = |cells: [i64; 3]| cells.iter().map(|&cells| cells as u64 + 2).product::<u64>();
-    hierarchy.bricks().map(|brick| padded(brick.cells.size()) * size_of::<f32>() as u64).sum()
+pub fn padded_bytes(hierarchy: &Hierarchy, centering: Centering) -> u64 {
+    starts(hierarchy, centering).last().map_or(0, |&values| (values * size_of::<f32>()) as u64)
 }
 
 /// Where each padded brick starts, and where the last one ends.
-fn starts(hierarchy: &Hierarchy) -> Vec<usize> {
+fn starts(hierarchy: &Hierarchy, centering: Centering) -> Vec<usize> {
     let mut starts = vec![0];
     let mut end = 0;
     for brick in hierarchy.bricks() {
-        end += brick.cells.size().iter().map(|&cells| cells as usize + 2).product::<usize>();
+        end += centering.values_of(&brick.cells).size().iter().map(|&values| values as usize + 2).product::<usize>();
         starts.push(end);
     }
     starts

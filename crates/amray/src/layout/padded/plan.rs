@@ -24,7 +24,7 @@ pub(crate) enum Combination {
 impl Combination {
     fn of(method: Method) -> Self {
         match method {
-            Method::Nearest | Method::Current => Self::Single,
+            Method::Nearest | Method::Current | Method::Nodal => Self::Single,
             Method::Basis => Self::Basis,
             Method::Blend | Method::Prolong => Self::Layered,
             Method::Finest | Method::Octant => Self::Queried,
@@ -53,8 +53,8 @@ pub(crate) struct PaddedBrick {
     pub(crate) start: usize,
     /// Distances between neighbours in y and z.
     pub(crate) strides: [i32; 2],
-    /// The highest values from which a dual cell starts: the number of cells without padding.
-    pub(crate) cells: [i32; 3],
+    /// The highest values from which a dual cell starts: the number of values without padding.
+    pub(crate) values: [i32; 3],
 }
 
 /// How to evaluate a method inside one region.
@@ -230,7 +230,7 @@ impl Planner<'_> {
     fn impure_reach(&self, level: usize, other: &Region, closest: Option<usize>) -> Option<usize> {
         let finest = other.finest_level().unwrap_or(level);
         match self.method {
-            Method::Nearest => None,
+            Method::Nearest | Method::Nodal => None,
             _ if closest.is_none() => Some(level),
             Method::Current => None,
             Method::Finest => (finest > level).then_some(self.index.hierarchy().finest_level()),
@@ -286,20 +286,22 @@ impl Planner<'_> {
         const MARGIN: f64 = 1e-2;
         let reach = [
             std::array::from_fn(|axis| (axes[axis].undo(0.0) - MARGIN) as f32),
-            std::array::from_fn(|axis| (axes[axis].undo(f64::from(brick.cells[axis]) + 1.0) + MARGIN) as f32),
+            std::array::from_fn(|axis| (axes[axis].undo(f64::from(brick.values[axis]) + 1.0) + MARGIN) as f32),
         ];
         OtherBrick { brick, level: other as u8, axes, reach }
     }
 
     fn brick(&self, level: usize, place: usize) -> PaddedBrick {
-        let cells = self.index.hierarchy().levels()[level].brick_at(place).size().map(|cells| cells as i32);
-        let row = cells[0] + 2;
-        PaddedBrick { start: self.starts[place], strides: [row, row * (cells[1] + 2)], cells }
+        let cells = self.index.hierarchy().levels()[level].brick_at(place);
+        let values = self.method.centering().values_of(&cells).size().map(|values| values as i32);
+        let row = values[0] + 2;
+        PaddedBrick { start: self.starts[place], strides: [row, row * (values[1] + 2)], values }
     }
 
-    /// Where a brick's padded coordinates are 0, in cells of its level: at the centre of the first padding cell.
+    /// Where a brick's padded coordinates are 0, in cells of its level: at the first padding value.
     fn low(&self, level: usize, place: usize) -> [f64; 3] {
-        self.index.hierarchy().levels()[level].brick_at(place).low.map(|cell| cell as f64 - 0.5)
+        let first = self.method.centering().place() - 1.0;
+        self.index.hierarchy().levels()[level].brick_at(place).low.map(|cell| cell as f64 + first)
     }
 
     fn finest_cells(&self, level: usize) -> [i64; 3] {

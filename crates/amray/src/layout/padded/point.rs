@@ -53,7 +53,7 @@ impl<'a> PaddedPoints<'a> {
         let strides = [1, brick.strides[0] as usize, brick.strides[1] as usize];
         let (mut base, mut shares) = (0, [0.0; 3]);
         for axis in 0..3 {
-            let cell = (point[axis] as usize).min(brick.cells[axis] as usize);
+            let cell = (point[axis] as usize).min(brick.values[axis] as usize);
             base += cell * strides[axis];
             shares[axis] = point[axis] - cell as f64;
         }

@@ -2,7 +2,7 @@
 
 use super::block::Block;
 use super::{PieceNode, Source};
-use crate::hierarchy::{BrickValues, IndexBox, Normalisation, Voxel};
+use crate::hierarchy::{BrickValues, Centering, IndexBox, Normalisation, Voxel};
 use crate::index::{Index, ValueRanges};
 use crate::layout::RegionFrame;
 use crate::layout::padded::{NOT_FINITE, PaddedBrick, PaddedField, Padding, Plan};
@@ -47,13 +47,13 @@ impl PaddedPieces<'_> {
     /// By the values of a brick that samples between two places can touch.
     #[inline(always)]
     fn widen(&self, brick: &PaddedBrick, [low, high]: [[f64; 3]; 2], scale: f32, piece: &mut PieceNode) {
-        let end = |axis: usize| (high[axis].floor().min(f64::from(brick.cells[axis])) + 2.0).max(0.0) as usize;
+        let end = |axis: usize| (high[axis].floor().min(f64::from(brick.values[axis])) + 2.0).max(0.0) as usize;
         let block = Block {
             values: self.field.brick(brick),
             strides: brick.strides.map(|stride| stride as usize),
             looked: [low.map(|low| low.floor().max(0.0) as usize), [end(0), end(1), end(2)]],
             // Padding has no neighbours on all sides, and is some other piece's cell.
-            inner: [[1; 3], brick.cells.map(|cells| cells as usize + 1)],
+            inner: [[1; 3], brick.values.map(|cells| cells as usize + 1)],
             is_finite: self.field.is_finite,
             flagged_only: Padding::of(self.plan.method) == Padding::Leaves,
         };
@@ -66,6 +66,7 @@ pub(in crate::layout) struct BrickPieces<'a, T> {
     pub(in crate::layout) index: &'a Index,
     pub(in crate::layout) ranges: &'a ValueRanges,
     pub(in crate::layout) normalisation: Normalisation,
+    pub(in crate::layout) centering: Centering,
     /// Per region, where it lies, and its finest brick.
     pub(in crate::layout) frames: &'a [RegionFrame],
     pub(in crate::layout) places: &'a [u32],
@@ -82,8 +83,9 @@ impl<T: Voxel> Source for BrickPieces<'_, T> {
         let (frame, place) = (&self.frames[region], self.places[region] as usize);
         let level = usize::from(frame.level.unwrap_or(0));
         let brick = self.index.hierarchy().levels()[level].brick_at(place);
-        // The piece's cells and one more on each side, as far as the brick has them.
-        let own = cells.coarsened(size).grown([1; 3]).intersection(&brick);
+        // The piece's values and one more on each side, as far as the brick has them.
+        let around = self.centering.values_of(&cells.coarsened(size)).grown([1; 3]);
+        let own = around.intersection(&self.centering.values_of(&brick));
         let mut values = Vec::with_capacity(own.cells() as usize);
         self.bricks[place].for_each_in(brick.low, &own, |value| {
             let value = self.normalisation.apply(value.to_f64());
@@ -101,13 +103,15 @@ impl<T: Voxel> Source for BrickPieces<'_, T> {
         let mut piece = PieceNode::NOTHING;
         block.widen(1.0, &mut piece);
         let inside = is_inside(frame, local(frame, cells, size));
+        // Nodes on a brick's face, where values bend, are inside.
+        let ends_on_nodes = self.centering == Centering::Nodes && own != around;
         if !inside {
             piece.range = self.ranges.region(region).map(|value| self.normalisation.apply(value.into()));
         }
         if sides.iter().any(|&side| side < 3) {
             // Nothing is known of how values go on: each of six second differences is at most twice the range.
             piece.roughness = piece.roughness.max(12.0 * (piece.range[1] - piece.range[0]).max(0.0));
-        } else if !inside && self.meets_other_levels(level, cells, size) {
+        } else if ends_on_nodes || !inside && self.meets_other_levels(level, cells, size) {
             // Across the face, values of smaller or larger cells are about as far away as the brick's own.
             piece.roughness += block.steepest();
         }

@@ -251,6 +251,7 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
             let one_brick = match method {
                 Method::Nearest => 0,
                 Method::Finest if level + 1 < self.levels.len() => 0,
+                Method::Nodal => here,
                 _ => here & interior(simd, region, packet),
             };
             let mut found = 0;
@@ -298,6 +299,8 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
             #[inline(always)]
             || match self.reference.method {
                 Method::Nearest => {}
+                // Nodes of no weight that are no numbers.
+                Method::Nodal => self.by_reference(simd, lanes, packet),
                 Method::Finest => self.lerp_at(simd, self.levels.len() - 1, lanes, packet),
                 Method::Current => {
                     let mut levels = Levels { of_lanes: packet.levels, left: lanes };
@@ -359,7 +362,8 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
         brick.read(simd, &leaf, lanes, &self.normalisation)
     }
 
-    /// Trilinear interpolation in the region's finest brick, around points of the region's interior.
+    /// Trilinear interpolation in the region's finest brick, around points of the region's interior (of all the region
+    /// where values lie on nodes).
     #[inline(always)]
     fn trilinear<S: Gather, N: LaneNumber<S>>(
         &self,
@@ -372,9 +376,11 @@ impl<'a, T: Voxel> PacketSampler<'a, T> {
         let nothing = N::constant(Floats::splat(simd, f32::NAN));
         let Some((_, brick)) = self.index.finest_brick(region, level) else { return nothing };
         let (brick, lattice) = (&self.bricks[brick], &self.levels[level]);
+        // Where the brick's first value lies.
+        let center = if self.reference.method == Method::Nodal { 0.0 } else { 0.5 };
         let (mut base, mut share) = ([Integers::splat(simd, 0); 3], [nothing; 3]);
         for axis in 0..3 {
-            let shift = -0.5 - f64::from(brick.low()[axis]);
+            let shift = -center - f64::from(brick.low()[axis]);
             let position = lattice.position::<S, N>(simd, axis, packet.points[axis], self.domain[axis][0], shift);
             // On the interior's high face the last dual cell is used to its end.
             let end = f64::from(brick.last()[axis]).next_down();
