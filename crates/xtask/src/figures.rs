@@ -87,7 +87,7 @@ pub(crate) const FIGURES: &[Figure] = &[
             Picture { title: "density", flags: "render DEMO --field density --opacity 2 --color-bar" },
             Picture {
                 title: "density, coloured by temperature",
-                flags: "render DEMO --field density --opacity 2 --color-by temperature:turbo:0,4.5 --color-bar",
+                flags: "render DEMO --field density --opacity 2 --color-by temperature:turbo:0,1.5 --color-bar",
             },
             Picture {
                 title: "density, and where it is hot",
