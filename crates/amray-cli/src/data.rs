@@ -160,6 +160,10 @@ impl VolumeArguments {
         let start = Instant::now();
         let index = with_spinner("indexing", || Arc::new(Index::build(data.hierarchy().clone())));
         let volume = Volume::new(index, field, self.method());
+        if volume.method() == Method::Nodal && self.section.method.is_some() {
+            let name = volume.field().name();
+            note(&format!("amray: warning: {}: {name} is node-centred: --method is left alone", self.path.display()));
+        }
         Ok(Opened { volume, data, open_seconds, index_seconds: start.elapsed().as_secs_f64() })
     }
 

@@ -11,7 +11,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use amray::hierarchy::{BrickValues, Field, FieldValues, Hierarchy, Voxel, VoxelType};
+use amray::hierarchy::{BrickValues, Centering, Field, FieldValues, Hierarchy, IndexBox, Level, Voxel, VoxelType};
 
 use crate::hdf5::{H5Type, Hdf5, Hdf5Group};
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
@@ -27,6 +27,7 @@ pub struct ChomboFile {
     hdf5: Hdf5,
     time: Option<f64>,
     hierarchy: Arc<Hierarchy>,
+    centering: Centering,
     fields: Vec<FieldInfo>,
     levels: Vec<LevelValues>,
     warnings: Vec<String>,
@@ -50,7 +51,7 @@ impl ChomboFile {
     ///
     /// # Errors
     /// [`FormatError::Unrecognised`] where the file is no Chombo file, another [`FormatError`] where it is damaged,
-    /// has a level without boxes, or holds what is not rendered: two dimensions, or values on nodes or faces.
+    /// has a level without boxes, or holds what is not rendered: two dimensions, or values on edges or faces.
     pub fn open(path: &Path, options: &OpenOptions) -> Result<Self, FormatError> {
         match Hdf5::open(path)? {
             Some(hdf5) if Self::recognises(&hdf5)? => Self::read(hdf5, options),
@@ -68,7 +69,7 @@ impl ChomboFile {
     /// As [`ChomboFile::open`].
     pub(crate) fn read(hdf5: Hdf5, options: &OpenOptions) -> Result<Self, FormatError> {
         let root = hdf5.root()?;
-        refuse_other_kinds(&root)?;
+        let centering = centering(&root)?;
         let mut warnings = Vec::new();
 
         let levels = count(&root, "num_levels")?;
@@ -86,7 +87,7 @@ impl ChomboFile {
             .iter()
             .zip(hierarchy.levels())
             .enumerate()
-            .map(|(number, (group, level))| LevelValues::locate(number, group, components, level.bricks()))
+            .map(|(number, (group, level))| LevelValues::locate(number, group, components, &places(level, centering)))
             .collect::<Result<Vec<_>, _>>()?;
         let voxel_type = levels.first().map_or(VoxelType::F64, LevelValues::voxel_type);
         for level in &levels {
@@ -95,7 +96,7 @@ impl ChomboFile {
         // By now every component of every brick is known to have its place in the file: the count can be believed.
         let fields = field_names(&root, components, &mut warnings);
         let fields = fields.into_iter().map(|name| FieldInfo { name, voxel_type }).collect();
-        Ok(Self { hdf5, time, hierarchy: Arc::new(hierarchy), fields, levels, warnings })
+        Ok(Self { hdf5, time, hierarchy: Arc::new(hierarchy), centering, fields, levels, warnings })
     }
 
     fn read_values<T: Voxel + H5Type>(
@@ -106,12 +107,13 @@ impl ChomboFile {
     where
         FieldValues: From<Vec<BrickValues<T>>>,
     {
-        let all = self.hierarchy.cells() as f64;
+        let places: Vec<_> = self.hierarchy.levels().iter().map(|level| places(level, self.centering)).collect();
+        let all = places.iter().flatten().map(IndexBox::cells).sum::<u64>() as f64;
         let done = AtomicU64::new(0);
-        let advance = |cells: u64| progress((done.fetch_add(cells, Ordering::Relaxed) + cells) as f64 / all);
+        let advance = |places: u64| progress((done.fetch_add(places, Ordering::Relaxed) + places) as f64 / all);
         let mut bricks = Vec::with_capacity(self.hierarchy.brick_count());
-        for (values, level) in self.levels.iter().zip(self.hierarchy.levels()) {
-            bricks.extend(values.read::<T>(self.hdf5.map(), component, level.bricks(), &advance)?);
+        for (values, places) in self.levels.iter().zip(&places) {
+            bricks.extend(values.read::<T>(self.hdf5.map(), component, places, &advance)?);
         }
         Ok(bricks.into())
     }
@@ -141,7 +143,7 @@ impl DataSet for ChomboFile {
             VoxelType::F64 => self.read_values::<f64>(field, progress)?,
         };
         let wrong = |source| FormatError::Field { path: self.hdf5.path().into(), source };
-        Field::new(name, values, &self.hierarchy).map_err(wrong)
+        Field::centered(name, self.centering, values, &self.hierarchy).map_err(wrong)
     }
 
     fn warnings(&self) -> &[String] {
@@ -149,8 +151,14 @@ impl DataSet for ChomboFile {
     }
 }
 
-/// Chombo also writes two-dimensional data, and values that belong to nodes (`data_centering` 7).
-fn refuse_other_kinds(root: &Hdf5Group) -> Result<(), FormatError> {
+/// The values that a level's bricks hold.
+fn places(level: &Level, centering: Centering) -> Vec<IndexBox> {
+    level.bricks().iter().map(|brick| centering.values_of(brick)).collect()
+}
+
+/// Values belong to cells, or to nodes (`data_centering` 7). Two-dimensional data, and values on edges and faces, are
+/// refused.
+fn centering(root: &Hdf5Group) -> Result<Centering, FormatError> {
     if let Some(global) = root.group("Chombo_global")?
         && let Some(dimensions) = global.integer("SpaceDim")?
         && dimensions != 3
@@ -158,9 +166,10 @@ fn refuse_other_kinds(root: &Hdf5Group) -> Result<(), FormatError> {
         return Err(global.malformed(&format!("SpaceDim is {dimensions}, expected 3: only 3-D data can be rendered")));
     }
     match root.integer("data_centering")? {
-        None | Some(0) => Ok(()),
+        None | Some(0) => Ok(Centering::Cells),
+        Some(7) => Ok(Centering::Nodes),
         Some(centering) => {
-            let expected = "expected 0: values must be cell-centred";
+            let expected = "expected 0 (cells) or 7 (nodes)";
             Err(root.malformed(&format!("data_centering is {centering}, {expected}")))
         }
     }

@@ -40,22 +40,23 @@ struct Placement {
 }
 
 impl LevelValues {
-    /// Finds the values of the validated `bricks` of a level and checks that there is one per cell and component.
+    /// Finds the values of a level's validated bricks, whose `places` are cells or nodes, and checks that there is one per
+    /// place and component.
     pub(super) fn locate(
         level: usize,
         group: &Hdf5Group,
         components: usize,
-        bricks: &[IndexBox],
+        places: &[IndexBox],
     ) -> Result<Self, FormatError> {
         let ghosts = ghosts(group, components)?;
         let set = group.data_set("data:datatype=0")?;
         let offsets = group.data_set("data:offsets=0")?;
         let starts = offsets.integers()?;
-        if starts.len() != bricks.len() + 1 {
-            let (found, expected) = (starts.len(), bricks.len() + 1);
+        if starts.len() != places.len() + 1 {
+            let (found, expected) = (starts.len(), places.len() + 1);
             return Err(offsets.malformed(&format!("{found} offsets, expected {expected} (one more than boxes)")));
         }
-        for (brick, (cells, ends)) in bricks.iter().zip(starts.windows(2)).enumerate() {
+        for (brick, (cells, ends)) in places.iter().zip(starts.windows(2)).enumerate() {
             let expected = values_of(cells, ghosts).and_then(|values| values.checked_mul(components as u64));
             let found = ends[1].checked_sub(ends[0]).and_then(|span| u64::try_from(span).ok());
             if ends[0] < 0 || found.is_none() || found != expected {
@@ -91,25 +92,25 @@ impl LevelValues {
         Err(self.set.malformed(&format!("floats of {found} bytes, expected {expected} bytes as on level 0")))
     }
 
-    /// The values of one component in all `bricks`: in place where the file's bytes are this machine's numbers, else
-    /// owned and without ghost cells. `T` is the stored type. `advance` is told of cells that are done.
+    /// The values of one component in all bricks, at their `places`: where they are if the file's bytes are this machine's
+    /// numbers, else owned and without ghosts. `T` is the stored type. `advance` is told of places that are done.
     pub(super) fn read<T: Voxel + H5Type>(
         &self,
         map: &Arc<Mmap>,
         component: usize,
-        bricks: &[IndexBox],
+        places: &[IndexBox],
         advance: &(dyn Fn(u64) + Sync),
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
         match &self.storage {
             Storage::Contiguous(bytes) if self.set.is_native() => {
                 let buffer = ValueBuffer::mapped(Arc::clone(map));
                 let mapped = |(brick, cells)| self.mapped(&buffer, bytes, self.placement(brick, component, cells));
-                let values = bricks.iter().enumerate().map(mapped).collect::<Result<_, _>>();
-                advance(bricks.iter().map(IndexBox::cells).sum());
+                let values = places.iter().enumerate().map(mapped).collect::<Result<_, _>>();
+                advance(places.iter().map(IndexBox::cells).sum());
                 values.map_err(|error| self.set.malformed(&error.to_string()))
             }
-            Storage::Chunked(chunk) => self.read_runs(component, bricks, chunk[0], advance),
-            Storage::Contiguous(_) | Storage::Compact(_) => self.read_runs(component, bricks, 1, advance),
+            Storage::Chunked(chunk) => self.read_runs(component, places, chunk[0], advance),
+            Storage::Contiguous(_) | Storage::Compact(_) => self.read_runs(component, places, 1, advance),
         }
     }
 
@@ -128,16 +129,16 @@ impl LevelValues {
     fn read_runs<T: Voxel + H5Type>(
         &self,
         component: usize,
-        bricks: &[IndexBox],
+        places: &[IndexBox],
         chunk: u64,
         advance: &(dyn Fn(u64) + Sync),
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
         let read = |run: Range<usize>| {
             let mut window = Window { set: &self.set, chunk, length: self.set.length()?, start: 0, values: Vec::new() };
             run.map(|brick| {
-                let placement = self.placement(brick, component, &bricks[brick]);
+                let placement = self.placement(brick, component, &places[brick]);
                 let values = window.read(&placement.values)?;
-                advance(bricks[brick].cells());
+                advance(places[brick].cells());
                 let cells = placement.without_ghosts(values);
                 BrickValues::owned(cells, placement.size).map_err(|error| self.set.malformed(&error.to_string()))
             })

@@ -42,6 +42,18 @@ pub(crate) fn value(component: usize, level: usize, [i, j, k]: [i64; 3]) -> f64 
 impl Sample {
     /// Levels of ratio 2 with two components, and ghost layers that hold no number. Level 0 has two boxes.
     pub(crate) fn new(levels: usize, ghosts: [i32; 3]) -> Self {
+        Self::centered(levels, ghosts, 0)
+    }
+
+    /// [`Sample::new`] with values at nodes.
+    pub(crate) fn nodal(levels: usize, ghosts: [i32; 3]) -> Self {
+        let mut sample = Self::centered(levels, ghosts, 1);
+        sample.attribute("data_centering", Attribute::Integer(7));
+        sample
+    }
+
+    /// With so many more values than cells per axis of each box.
+    fn centered(levels: usize, ghosts: [i32; 3], more: i32) -> Self {
         let mut sample = Self { attributes: BTreeMap::new(), sets: BTreeMap::new() };
         sample.attribute("Chombo_global/SpaceDim", Attribute::Integer(3));
         sample.attribute("num_levels", Attribute::Integer(levels as i32));
@@ -66,7 +78,9 @@ impl Sample {
             let mut offsets = vec![0];
             for cells in &boxes {
                 for component in 0..2 {
-                    values.extend(box_values(component, level, cells, ghosts));
+                    let [i, j, k, last_i, last_j, last_k] = *cells;
+                    let places = [i, j, k, last_i + more, last_j + more, last_k + more];
+                    values.extend(box_values(component, level, &places, ghosts));
                 }
                 offsets.push(values.len() as i64);
             }

@@ -1,8 +1,14 @@
 //! What files may leave out or say otherwise, and what is refused.
 
+use std::sync::Arc;
+
+use amray::Volume;
+use amray::hierarchy::Centering;
+use amray::index::Index;
+use amray::reconstruction::Method;
 use amray_formats::{ChomboFile, DataSet, OpenOptions};
 
-use crate::sample::{Attribute, Sample, Set};
+use crate::sample::{Attribute, Sample, Set, value};
 use crate::{failure, message, open};
 
 /// The error for the sample after `change`.
@@ -140,8 +146,8 @@ fn other_kinds_of_data_are_refused() {
         "Chombo_global: SpaceDim is 2, expected 3: only 3-D data can be rendered"
     );
     assert_eq!(
-        refused(|sample| sample.attribute("data_centering", Attribute::Integer(7))),
-        "/: data_centering is 7, expected 0: values must be cell-centred"
+        refused(|sample| sample.attribute("data_centering", Attribute::Integer(1))),
+        "/: data_centering is 1, expected 0 (cells) or 7 (nodes)"
     );
 }
 
@@ -238,4 +244,25 @@ fn data_sets_of_other_kinds_are_refused() {
         refused(|sample| sample.set("level_1/boxes", Set::Boxes(vec![[0, 0, 0, 3, 3, 40]]))),
         "level 1, brick 0: box ((0,0,0) (3,3,40)) leaves the domain ((0,0,0) (7,7,7))"
     );
+}
+
+#[test]
+fn values_may_belong_to_nodes() {
+    for ghosts in [[0; 3], [1, 0, 2]] {
+        let (_directory, path) = Sample::nodal(2, ghosts).write();
+        let data = open(&path);
+        let field = data.read_field(1, &|_| {}).unwrap();
+        assert_eq!(field.centering(), Centering::Nodes);
+        for (place, brick) in data.hierarchy().bricks().enumerate() {
+            for node in Centering::Nodes.values_of(&brick.cells).iter() {
+                let inside = std::array::from_fn(|axis| (node[axis] - brick.cells.low[axis]) as usize);
+                assert_eq!(field.value(place, inside), value(1, brick.level, node));
+            }
+        }
+        // On level 1, a node of level 0 has half its index per axis.
+        let volume = Volume::new(Arc::new(Index::build(data.hierarchy().clone())), field, Method::default());
+        assert_eq!(volume.sample_with_gradients(&[[0.75, 0.5, 0.0]])[0].value, value(1, 1, [1, 1, 0]) + 0.5);
+    }
+    let cells = refused(|sample| sample.attribute("data_centering", Attribute::Integer(7)));
+    assert!(cells.contains("level 0, brick 0: offsets 0 to 96"), "{cells}");
 }
