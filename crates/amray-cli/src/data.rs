@@ -14,6 +14,7 @@ use clap::Args;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::memory::{MemoryArguments, Watch};
 use crate::note;
 use crate::progress::{with_progress, with_spinner};
 use crate::scene_file::checked;
@@ -26,6 +27,8 @@ pub(crate) struct DataArguments {
     /// As if levels finer than K did not exist
     #[arg(long, value_name = "K")]
     pub(crate) max_level: Option<usize>,
+    #[command(flatten)]
+    pub(crate) memory: MemoryArguments,
 }
 
 /// A volume of a data set.
@@ -61,6 +64,9 @@ pub(crate) struct DataSection {
     /// Let covered cells take the mean of the finer ones
     #[arg(long)]
     pub(crate) restrict: bool,
+    #[command(flatten)]
+    #[serde(skip)]
+    pub(crate) memory: MemoryArguments,
 }
 
 impl DataSection {
@@ -72,6 +78,7 @@ impl DataSection {
             max_level: self.max_level.or(others.max_level),
             method: self.method.or(others.method),
             restrict: self.restrict || others.restrict,
+            memory: self.memory.or(others.memory),
         }
     }
 
@@ -89,12 +96,14 @@ pub(crate) struct Opened {
     pub(crate) open_seconds: f64,
     /// Seconds to build the index.
     pub(crate) index_seconds: f64,
+    /// Keeps what values take within what was asked for.
+    pub(crate) watch: Option<Watch>,
 }
 
 impl DataArguments {
     /// Opens the data set.
     pub(crate) fn open(&self) -> anyhow::Result<Box<dyn DataSet>> {
-        Ok(open(&self.path, &OpenOptions { max_level: self.max_level })?)
+        Ok(open(&self.path, &OpenOptions { max_level: self.max_level, memory: Some(self.memory.most()) })?)
     }
 
     /// The place of the field called `name`, or of the first one.
@@ -145,7 +154,36 @@ pub(crate) fn warnings(data: &dyn DataSet) -> Vec<String> {
 impl VolumeArguments {
     /// The data set.
     pub(crate) fn data(&self) -> DataArguments {
-        DataArguments { path: self.path.clone(), max_level: self.section.max_level }
+        DataArguments { path: self.path.clone(), max_level: self.section.max_level, memory: self.section.memory }
+    }
+
+    /// The coarse levels, to be looked at while the finer ones are read, where all of them take more memory than they
+    /// may: those that take a small part of it.
+    pub(crate) fn coarse_part(&self) -> anyhow::Result<Option<Self>> {
+        /// What is small.
+        const SHARE: u64 = 16;
+        let data = self.data().open()?;
+        let voxel = data.fields().iter().map(|field| field.voxel_type.bytes() as u64).max().unwrap_or(0);
+        let mut bytes = 0;
+        let up_to = data.hierarchy().levels().iter().map(|level| {
+            bytes += level.cells() * voxel;
+            bytes
+        });
+        let up_to: Vec<u64> = up_to.collect();
+        let most = self.section.memory.most();
+        if bytes <= most {
+            return Ok(None);
+        }
+        let finest = up_to.iter().rposition(|&bytes| bytes <= most / SHARE);
+        Ok(finest.map(|finest| Self {
+            section: DataSection { max_level: Some(finest), ..self.section.clone() },
+            ..self.clone()
+        }))
+    }
+
+    /// How much memory values may take.
+    pub(crate) fn memory(&self) -> MemoryArguments {
+        self.section.memory
     }
 
     /// Opens the data set, says on standard error what is unusual about it, reads the field and builds the index.
@@ -156,6 +194,7 @@ impl VolumeArguments {
             note(&format!("amray: warning: {}: {warning}", self.path.display()));
         }
         let field = self.read(&*data, self.section.field.as_deref())?;
+        let watch = self.section.memory.watch(&field);
         let open_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
         let index = with_spinner("indexing", || Arc::new(Index::build(data.hierarchy().clone())));
@@ -164,7 +203,7 @@ impl VolumeArguments {
             let name = volume.field().name();
             note(&format!("amray: warning: {}: {name} is node-centred: --method is left alone", self.path.display()));
         }
-        Ok(Opened { volume, data, open_seconds, index_seconds: start.elapsed().as_secs_f64() })
+        Ok(Opened { volume, data, open_seconds, index_seconds: start.elapsed().as_secs_f64(), watch })
     }
 
     /// Another field of a data set that is open.
@@ -193,7 +232,7 @@ mod tests {
 
     #[test]
     fn data_are_called_by_their_file_or_directory() {
-        let stem = |path: &str| DataArguments { path: path.into(), max_level: None }.stem();
+        let stem = |path: &str| DataArguments { path: path.into(), ..DataArguments::default() }.stem();
         assert_eq!(stem("runs/a.hdf5"), "a");
         assert_eq!(stem("a.3d.h5"), "a.3d");
         assert_eq!(stem("plt00100"), "plt00100");

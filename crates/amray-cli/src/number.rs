@@ -98,6 +98,24 @@ pub(crate) fn grouped(count: u64) -> String {
     groups.collect::<Vec<_>>().join(" ")
 }
 
+/// An amount of memory: a number and, where it is not of bytes, K, M, G or T for as many thousands of them.
+pub(crate) fn memory(text: &str) -> Result<u64, String> {
+    let word = text.trim().trim_end_matches(['B', 'b']);
+    let (number, unit) = match word.char_indices().last() {
+        Some((end, unit)) if unit.is_ascii_alphabetic() => (word[..end].trim_end(), unit.to_ascii_uppercase()),
+        _ => (word, 'B'),
+    };
+    let scale = match unit {
+        'B' => 1.0,
+        'K' => 1e3,
+        'M' => 1e6,
+        'G' => 1e9,
+        'T' => 1e12,
+        _ => return Err(format!("unit {unit}, expected K, M, G or T")),
+    };
+    Ok((positive(number)? * scale) as u64)
+}
+
 /// Bytes in the unit that suits them: `1.5 GB`.
 pub(crate) fn bytes(count: u64) -> String {
     const UNITS: [&str; 5] = ["B", "kB", "MB", "GB", "TB"];
@@ -129,6 +147,17 @@ mod tests {
         assert_eq!((angle("179.9"), samples_per_cell("1000")), (Ok(179.9), Ok(1000.0)));
         assert!(angle("0").is_err() && angle("180").is_err());
         assert!(samples_per_cell("0.009").is_err() && samples_per_cell("1e17").is_err());
+    }
+
+    #[test]
+    fn amounts_of_memory() {
+        assert_eq!(
+            ["4G", "500M", "1.5gb", "64 k", "1000"].map(memory),
+            [Ok(4_000_000_000), Ok(500_000_000), Ok(1_500_000_000), Ok(64_000), Ok(1000)]
+        );
+        for wrong in ["", "G", "-1G", "4X", "nan", "4GiB"] {
+            assert!(memory(wrong).is_err(), "{wrong}");
+        }
     }
 
     #[test]

@@ -51,10 +51,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let Arguments { reduction, size, .. } = *arguments;
     let data = &arguments.volume.data();
     let output = arguments.picture.output(data, reduction)?;
-    let volume = arguments.volume.open()?.volume;
-    let camera = arguments.view.camera(&volume, size, 1.0)?;
-    let layout = arguments.layout.layout(&volume, 1);
-    let image = with_progress("projecting", |progress| project(&volume, &camera, size, reduction, layout, progress));
+    let opened = arguments.volume.open()?;
+    let volume = &opened.volume;
+    let camera = arguments.view.camera(volume, size, 1.0)?;
+    let layout = arguments.layout.layout(volume, 1, arguments.volume.memory());
+    let image = with_progress("projecting", |progress| project(volume, &camera, size, reduction, layout, progress));
     let title = format!("{} ({reduction})", volume.field().name());
     arguments.picture.write(&output, &image, data, "in the projection", &title)?;
     if !arguments.json {

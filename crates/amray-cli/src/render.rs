@@ -16,7 +16,7 @@ use crate::sampling::LayoutName;
 use crate::scene_file::SceneDocument;
 use crate::stage::Stage;
 use crate::view_file::ViewName;
-use crate::{memory, print, print_json};
+use crate::{memory, note, print, print_json};
 
 #[derive(Debug, Default, Args)]
 pub(crate) struct Arguments {
@@ -133,6 +133,16 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     // What cannot be written is better known before the work than after it.
     check_writable(&output)?;
     arguments.save_scene.as_deref().map(check_writable).transpose()?;
+    if let Some(coarse) = data.coarse_part()? {
+        let finest = coarse.data().max_level.unwrap_or(0);
+        let stage = Stage::open(document.clone(), &coarse)?;
+        let camera = stage.camera()?;
+        let outlines = stage.outlines(&camera)?;
+        let scenes = stage.scenes(camera, outlines.as_ref())?;
+        stage.prepare();
+        write(&stage, stage.films(&scenes, "coarse")?.0, &scenes, &output, format)?;
+        note(&format!("amray: {} has levels up to {finest}; the finer ones follow", output.display()));
+    }
     let stage = Stage::open(document, &data)?;
     let camera = stage.camera()?;
     let outlines = stage.outlines(&camera)?;
@@ -144,14 +154,7 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     let (films, statistics, seconds) = frames(&stage, &scenes, arguments.repeat)?;
     let [width, height] = stage.options.size;
     let size = [width * films.len(), height];
-    match format {
-        PictureFormat::Png => {
-            let picture = stage.picture(&films, &scenes);
-            write_png(&output, [picture.width(), picture.height()], picture.pixels())?;
-        }
-        PictureFormat::Exr => write_exr(&output, size, side_by_side(films).pixels())?,
-        PictureFormat::Npy => write_npy(&output, size, side_by_side(films).pixels())?,
-    }
+    write(&stage, films, &scenes, &output, format)?;
     let Stage { options, open_seconds, index_seconds, .. } = &stage;
     let mut sorted = seconds.clone();
     sorted.sort_by(f64::total_cmp);
@@ -176,6 +179,25 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         peak_resident_bytes: memory::peak_resident(),
         private_bytes: memory::private(),
     })
+}
+
+/// Writes what each eye sees.
+fn write(
+    stage: &Stage,
+    films: Vec<Film>,
+    scenes: &[Scene],
+    output: &Path,
+    format: PictureFormat,
+) -> Result<(), FormatError> {
+    if format == PictureFormat::Png {
+        let picture = stage.picture(&films, scenes);
+        return write_png(output, [picture.width(), picture.height()], picture.pixels());
+    }
+    let film = side_by_side(films);
+    match format {
+        PictureFormat::Npy => write_npy(output, film.size(), film.pixels()),
+        _ => write_exr(output, film.size(), film.pixels()),
+    }
 }
 
 /// What each eye sees as one film.

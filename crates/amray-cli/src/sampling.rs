@@ -6,8 +6,7 @@ use clap::{Args, ValueEnum};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::scene_file::checked;
-use crate::{memory, number};
+use crate::memory::MemoryArguments;
 
 /// How rays are sampled.
 #[derive(Clone, Debug, Default, Args, Serialize, Deserialize, JsonSchema)]
@@ -34,15 +33,11 @@ pub(crate) struct SamplingArguments {
 #[derive(Clone, Debug, Default, Args, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct LayoutArguments {
-    /// Where marching has its values: in a padded copy (fastest), in place, or padded if that fits the memory budget
+    /// Where marching has its values: in a padded copy (fastest), in place, or padded if that fits --memory
     /// [default: auto]
     #[arg(long, value_name = "LAYOUT")]
     #[serde(skip_serializing_if = "Option::is_none")]
     layout: Option<LayoutChoice>,
-    /// The most memory, in gigabytes, that a padded copy may take [default: half of what is available]
-    #[arg(long, value_name = "GB", value_parser = number::positive)]
-    #[serde(deserialize_with = "checked::positive", skip_serializing_if = "Option::is_none")]
-    memory_budget: Option<f64>,
 }
 
 /// A way for rays to find their samples.
@@ -106,10 +101,7 @@ impl SamplingArguments {
     pub(crate) fn or(self, others: Self) -> Self {
         Self {
             engine: self.engine.or(others.engine),
-            layout: LayoutArguments {
-                layout: self.layout.layout.or(others.layout.layout),
-                memory_budget: self.layout.memory_budget.or(others.layout.memory_budget),
-            },
+            layout: LayoutArguments { layout: self.layout.layout.or(others.layout.layout) },
             preintegrate: self.preintegrate.or(others.preintegrate),
             every_cell: self.every_cell || others.every_cell,
         }
@@ -122,7 +114,7 @@ impl SamplingArguments {
             Engine::March(Layout::InPlace) => (EngineName::March, Some(LayoutChoice::InPlace)),
             Engine::Query => (EngineName::Query, None),
         };
-        let layout = LayoutArguments { layout, memory_budget: None };
+        let layout = LayoutArguments { layout };
         Self { engine: Some(engine), layout, preintegrate: Some(self.preintegrate.unwrap_or_default()), ..self.clone() }
     }
 
@@ -132,9 +124,9 @@ impl SamplingArguments {
     }
 
     /// The engine for so many fields, of which `volume` is one.
-    pub(crate) fn engine(&self, volume: &Volume, fields: usize) -> Engine {
+    pub(crate) fn engine(&self, volume: &Volume, fields: usize, memory: MemoryArguments) -> Engine {
         match self.engine.unwrap_or_default() {
-            EngineName::March => Engine::March(self.layout.layout(volume, fields)),
+            EngineName::March => Engine::March(self.layout.layout(volume, fields, memory)),
             EngineName::Query => Engine::Query,
         }
     }
@@ -142,18 +134,13 @@ impl SamplingArguments {
 
 impl LayoutArguments {
     /// The layout for so many fields, of which `volume` is one: without a wish, padded copies if they fit the budget.
-    pub(crate) fn layout(&self, volume: &Volume, fields: usize) -> Layout {
+    pub(crate) fn layout(&self, volume: &Volume, fields: usize, memory: MemoryArguments) -> Layout {
         match self.layout.unwrap_or_default() {
             LayoutChoice::Padded => return Layout::Padded,
             LayoutChoice::InPlace => return Layout::InPlace,
             LayoutChoice::Auto => {}
         }
-        let budget = match self.memory_budget {
-            Some(gigabytes) => (gigabytes * 1e9) as u64,
-            // Where the system does not tell, what every computer has to spare.
-            None => memory::available().map_or(1 << 30, |bytes| bytes / 2),
-        };
-        if volume.layout_bytes(Layout::Padded).saturating_mul(fields as u64) <= budget {
+        if volume.layout_bytes(Layout::Padded).saturating_mul(fields as u64) <= memory.most() {
             Layout::Padded
         } else {
             Layout::InPlace

@@ -48,15 +48,16 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let axis = arguments.axis;
     let data = &arguments.volume.data();
     let output = arguments.picture.output(data, axis)?;
-    let volume = arguments.volume.open()?.volume;
+    let opened = arguments.volume.open()?;
+    let volume = &opened.volume;
     let [low, high] = volume.hierarchy().bounds().map(|corner| corner[axis as usize]);
     let slice = Slice { axis, at: arguments.at.unwrap_or((low + high) / 2.0) };
     if !(low..=high).contains(&slice.at) {
         let domain = format!("the domain, which reaches from {low} to {high} on the {axis} axis");
         return Err(data.error(format!("--at {} misses {domain}", slice.at)));
     }
-    let size = slice.fitting_size(&volume, arguments.size.into());
-    let image = with_spinner("slicing", || slice.sample(&volume, size));
+    let size = slice.fitting_size(volume, arguments.size.into());
+    let image = with_spinner("slicing", || slice.sample(volume, size));
     arguments.picture.write(&output, &image, data, "on the slice", volume.field().name())?;
     if !arguments.json {
         return Ok(print(&format!("{}\n", output.path.display()))?);

@@ -12,6 +12,7 @@ use crate::annotations;
 use crate::appearance::AppearanceArguments;
 use crate::data::{Opened, VolumeArguments};
 use crate::fields::OtherFields;
+use crate::memory::Watch;
 use crate::progress::with_spinner;
 use crate::scene_file::SceneDocument;
 use crate::surfaces::SurfaceData;
@@ -33,6 +34,8 @@ pub(crate) struct Stage {
     pub(crate) open_seconds: f64,
     /// Seconds to build the index and its value ranges.
     pub(crate) index_seconds: f64,
+    /// Only held.
+    _watch: Option<Watch>,
 }
 
 impl Stage {
@@ -46,7 +49,7 @@ impl Stage {
         let colors = |data: &_, volume: &_| AppearanceArguments::default().transfer_function(data, volume);
         let surfaces = document.surfaces.data(data, &opened, colors)?;
         let fields = document.fields.open(data, &opened)?;
-        let Opened { volume, open_seconds, index_seconds, .. } = opened;
+        let Opened { volume, open_seconds, index_seconds, watch, .. } = opened;
         let start = Instant::now();
         with_spinner("value ranges", || volume.ranges());
         let index_seconds = index_seconds + start.elapsed().as_secs_f64();
@@ -57,12 +60,23 @@ impl Stage {
             samples_per_cell: picture.samples_per_cell.unwrap_or(1.0),
             samples_per_pixel: picture.spp.unwrap_or(1).into(),
             seed: picture.seed.unwrap_or(0),
-            engine: document.sampling.engine(&volume, 1 + document.fields.count()),
+            engine: document.sampling.engine(&volume, 1 + document.fields.count(), data.memory()),
             integration: document.sampling.integration(),
             adaptive: !document.sampling.every_cell,
         };
         let unit_distance = picture.unit_distance.unwrap_or(longest / automatic::UNIT_DISTANCES);
-        Ok(Self { document, volume, function, fields, surfaces, unit_distance, options, open_seconds, index_seconds })
+        Ok(Self {
+            document,
+            volume,
+            function,
+            fields,
+            surfaces,
+            unit_distance,
+            options,
+            open_seconds,
+            index_seconds,
+            _watch: watch,
+        })
     }
 
     /// The camera that the document describes.

@@ -13,6 +13,7 @@ mod open;
 pub mod output;
 pub mod picture;
 pub mod points;
+mod store;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -74,6 +75,10 @@ pub struct FieldInfo {
 pub struct OpenOptions {
     /// Leave out levels finer than this one: as if they did not exist.
     pub max_level: Option<usize>,
+    /// The most bytes of memory that the values of a field may take. Where they must be read (compressed, in another byte
+    /// order) and take more, they go into a file without a name, in the system's directory for such (`TMPDIR`), and are
+    /// mapped from there.
+    pub memory: Option<u64>,
 }
 
 impl OpenOptions {

@@ -26,12 +26,19 @@ pub(crate) fn open_regular(path: &Path) -> Result<File, FormatError> {
 /// # Errors
 /// [`FormatError::Io`] where there is no such regular file, or it cannot be opened or mapped.
 pub(crate) fn map(path: &Path) -> Result<Arc<Mmap>, FormatError> {
-    let file = open_regular(path)?;
+    map_open(&open_regular(path)?, path)
+}
+
+/// Maps a whole file that is open; `path` is for errors.
+///
+/// # Errors
+/// [`FormatError::Io`] where it cannot be mapped.
+pub(crate) fn map_open(file: &File, path: &Path) -> Result<Arc<Mmap>, FormatError> {
     // SAFETY: the map is only read, as plain numbers, for which any bytes will do: another program that writes to the
     // file cannot break an invariant. Truncating the file meanwhile makes reads past its new end a bus error, which is
     // the known price of using values in place.
     #[allow(unsafe_code)]
-    let map = unsafe { Mmap::map(&file) };
+    let map = unsafe { Mmap::map(file) };
     Ok(Arc::new(map.map_err(FormatError::io(path, "map"))?))
 }
 

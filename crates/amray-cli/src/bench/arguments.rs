@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::frames::Threads;
 use crate::data::DataArguments;
+use crate::memory::MemoryArguments;
 use crate::number;
 use crate::sampling::LayoutArguments;
 use crate::view_file::ViewName;
@@ -38,6 +39,8 @@ pub(crate) struct Arguments {
     pub(super) repeat: u16,
     #[command(flatten)]
     pub(super) layout: LayoutArguments,
+    #[command(flatten)]
+    pub(super) memory: MemoryArguments,
     /// Print one JSON object
     #[arg(long)]
     pub(super) json: bool,
@@ -45,7 +48,7 @@ pub(crate) struct Arguments {
 
 impl Arguments {
     pub(super) fn data(&self, max_level: Option<usize>) -> DataArguments {
-        DataArguments { path: self.path.clone(), max_level }
+        DataArguments { path: self.path.clone(), max_level, memory: self.memory }
     }
 
     pub(super) fn methods(&self) -> Vec<Method> {

@@ -87,7 +87,7 @@ fn measure(arguments: &Arguments) -> anyhow::Result<Report> {
             };
             for &method in &methods {
                 let volume = truncated.volume(method);
-                let layout = arguments.layout.layout(&volume, 1);
+                let layout = arguments.layout.layout(&volume, 1, arguments.memory);
                 let start = Instant::now();
                 volume.prepare(layout);
                 let prepare_seconds = start.elapsed().as_secs_f64();

@@ -6,12 +6,13 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use amray::hierarchy::{BrickValues, IndexBox, OutOfBuffer, ValueBuffer, Voxel, VoxelType, contiguous_strides};
+use amray::hierarchy::{BrickValues, IndexBox, ValueBuffer, Voxel, VoxelType, contiguous_strides};
 use memmap2::Mmap;
 
 use super::multifab::{FabOnDisk, MultiFab};
 use super::real_format::{REAL_FORMAT, RealFormat};
 use super::text::{INDEX_BOX, Scanner, shown};
+use crate::store::Store;
 use crate::{FormatError, mapped_file};
 
 /// No FAB header is longer than this.
@@ -133,8 +134,11 @@ impl Fab {
     /// are, else a converted copy. `T` must be the type that [`Fab::voxel_type`] says.
     ///
     /// # Errors
-    /// [`OutOfBuffer`] where there is no such component.
-    pub(super) fn values<T: SwapBytes>(&self, component: usize) -> Result<BrickValues<T>, OutOfBuffer> {
+    /// [`FormatError::Io`] where a copy finds no room in the `store`.
+    ///
+    /// # Panics
+    /// Where there is no such component.
+    pub(super) fn values<T: SwapBytes>(&self, component: usize, store: &Store) -> Result<BrickValues<T>, FormatError> {
         let stored_size = self.stored.size().map(|cells| cells as usize);
         let size = self.cells.size().map(|cells| cells as usize);
         let stride = contiguous_strides(stored_size);
@@ -142,13 +146,14 @@ impl Fab {
             (0..3).map(|axis| (self.cells.low[axis] - self.stored.low[axis]) as usize * stride[axis]).sum();
         let component_values: usize = stored_size.iter().product();
         let offset = self.start + (component * component_values + first) * size_of::<T>();
-        let in_place = BrickValues::<T>::new(ValueBuffer::mapped(self.map.clone()), offset, stride, size)?;
+        let in_place = BrickValues::<T>::new(ValueBuffer::mapped(self.map.clone()), offset, stride, size);
+        let in_place = in_place.expect("`locate` found all components inside the file");
         if self.format.byte_order.is_native() {
             return Ok(in_place);
         }
         let mut values = Vec::with_capacity(size.iter().product());
         in_place.for_each([0; 3], size, |value| values.push(value.swap_bytes()));
-        BrickValues::owned(values, size)
+        store.keep(values, size)
     }
 }
 

@@ -19,6 +19,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use amray::hierarchy::{BrickValues, Field, FieldValues, Hierarchy, HierarchyError, LevelDescription, VoxelType};
 use rayon::prelude::*;
 
+use crate::store::Store;
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
 use fab::{DataFile, Fab, SwapBytes};
 use header::{Coordinates, Header};
@@ -33,6 +34,7 @@ pub struct AmrexPlotfile {
     fields: Vec<FieldInfo>,
     fabs: Vec<Fab>,
     warnings: Vec<String>,
+    options: OpenOptions,
 }
 
 impl AmrexPlotfile {
@@ -76,7 +78,8 @@ impl AmrexPlotfile {
             return Err(FormatError::malformed(path, place, problem));
         }
         let warnings = warning(header.coordinates).into_iter().collect();
-        Ok(Self { path: path.into(), time: header.time, hierarchy: Arc::new(hierarchy), fields, fabs, warnings })
+        let (path, options) = (path.into(), *options);
+        Ok(Self { path, time: header.time, hierarchy: Arc::new(hierarchy), fields, fabs, warnings, options })
     }
 
     /// One component of every brick, in parallel.
@@ -88,18 +91,18 @@ impl AmrexPlotfile {
     where
         FieldValues: From<Vec<BrickValues<T>>>,
     {
+        let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
         let done = AtomicUsize::new(0);
         let bricks: Result<Vec<BrickValues<T>>, _> = self
             .fabs
             .par_iter()
             .map(|fab| {
-                let values = fab.values(component);
+                let values = fab.values(component, &store);
                 progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / self.fabs.len() as f64);
                 values
             })
             .collect();
-        let place = || format!("field {}", self.fields[component].name);
-        Ok(bricks.map_err(|error| FormatError::malformed(&self.path, place(), error.to_string()))?.into())
+        Ok(bricks?.into())
     }
 }
 

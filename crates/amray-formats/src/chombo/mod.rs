@@ -14,6 +14,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use amray::hierarchy::{BrickValues, Centering, Field, FieldValues, Hierarchy, IndexBox, Level, Voxel, VoxelType};
 
 use crate::hdf5::{H5Type, Hdf5, Hdf5Group};
+use crate::store::Store;
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
 use values::LevelValues;
 pub use writer::ChomboWriter;
@@ -31,6 +32,7 @@ pub struct ChomboFile {
     fields: Vec<FieldInfo>,
     levels: Vec<LevelValues>,
     warnings: Vec<String>,
+    options: OpenOptions,
 }
 
 impl ChomboFile {
@@ -96,7 +98,7 @@ impl ChomboFile {
         // By now every component of every brick is known to have its place in the file: the count can be believed.
         let fields = field_names(&root, components, &mut warnings);
         let fields = fields.into_iter().map(|name| FieldInfo { name, voxel_type }).collect();
-        Ok(Self { hdf5, time, hierarchy: Arc::new(hierarchy), centering, fields, levels, warnings })
+        Ok(Self { hdf5, time, hierarchy: Arc::new(hierarchy), centering, fields, levels, warnings, options: *options })
     }
 
     fn read_values<T: Voxel + H5Type>(
@@ -108,12 +110,13 @@ impl ChomboFile {
         FieldValues: From<Vec<BrickValues<T>>>,
     {
         let places: Vec<_> = self.hierarchy.levels().iter().map(|level| places(level, self.centering)).collect();
-        let all = places.iter().flatten().map(IndexBox::cells).sum::<u64>() as f64;
+        let all = places.iter().flatten().map(IndexBox::cells).sum::<u64>();
+        let store = Store::new::<T>(all, &self.options)?;
         let done = AtomicU64::new(0);
-        let advance = |places: u64| progress((done.fetch_add(places, Ordering::Relaxed) + places) as f64 / all);
+        let advance = |places: u64| progress((done.fetch_add(places, Ordering::Relaxed) + places) as f64 / all as f64);
         let mut bricks = Vec::with_capacity(self.hierarchy.brick_count());
         for (values, places) in self.levels.iter().zip(&places) {
-            bricks.extend(values.read::<T>(self.hdf5.map(), component, places, &advance)?);
+            bricks.extend(values.read::<T>(self.hdf5.map(), component, places, &store, &advance)?);
         }
         Ok(bricks.into())
     }

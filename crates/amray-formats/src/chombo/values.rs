@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::geometry::INTEGER_VECTOR;
 use crate::FormatError;
 use crate::hdf5::{H5Type, Hdf5Group, Hdf5Set, Storage};
+use crate::store::Store;
 
 /// A run of bricks is read by one thread and spans this many chunks, so that few are decompressed by two threads.
 const CHUNKS_PER_RUN: u64 = 16;
@@ -99,6 +100,7 @@ impl LevelValues {
         map: &Arc<Mmap>,
         component: usize,
         places: &[IndexBox],
+        store: &Store,
         advance: &(dyn Fn(u64) + Sync),
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
         match &self.storage {
@@ -109,8 +111,8 @@ impl LevelValues {
                 advance(places.iter().map(IndexBox::cells).sum());
                 values.map_err(|error| self.set.malformed(&error.to_string()))
             }
-            Storage::Chunked(chunk) => self.read_runs(component, places, chunk[0], advance),
-            Storage::Contiguous(_) | Storage::Compact(_) => self.read_runs(component, places, 1, advance),
+            Storage::Chunked(chunk) => self.read_runs(component, places, chunk[0], store, advance),
+            Storage::Contiguous(_) | Storage::Compact(_) => self.read_runs(component, places, 1, store, advance),
         }
     }
 
@@ -131,6 +133,7 @@ impl LevelValues {
         component: usize,
         places: &[IndexBox],
         chunk: u64,
+        store: &Store,
         advance: &(dyn Fn(u64) + Sync),
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
         let read = |run: Range<usize>| {
@@ -140,7 +143,7 @@ impl LevelValues {
                 let values = window.read(&placement.values)?;
                 advance(places[brick].cells());
                 let cells = placement.without_ghosts(values);
-                BrickValues::owned(cells, placement.size).map_err(|error| self.set.malformed(&error.to_string()))
+                store.keep(cells, placement.size)
             })
             .collect::<Result<Vec<_>, FormatError>>()
         };

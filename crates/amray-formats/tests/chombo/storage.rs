@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use amray::hierarchy::{IndexBox, Residence, VoxelType};
-use amray_formats::{DataSet, OpenOptions};
+use amray_formats::{ChomboFile, DataSet, OpenOptions};
 
 use crate::sample::{Sample, Set, value};
 use crate::{failure, open, read};
@@ -14,9 +14,12 @@ fn fixture(name: &str) -> PathBuf {
 
 /// Every cell of every field holds the value of the samples.
 fn assert_values(path: &Path, voxel_type: VoxelType, residence: Residence) {
-    let data = open(path);
+    assert_values_of(&open(path), voxel_type, residence);
+}
+
+fn assert_values_of(data: &ChomboFile, voxel_type: VoxelType, residence: Residence) {
     for component in 0..2 {
-        let field = read(&data, component);
+        let field = read(data, component);
         assert_eq!(field.voxel_type(), voxel_type);
         assert_eq!(field.bytes(residence), data.hierarchy().cells() * voxel_type.bytes() as u64);
         for (number, brick) in data.hierarchy().bricks().enumerate() {
@@ -33,6 +36,15 @@ fn assert_values(path: &Path, voxel_type: VoxelType, residence: Residence) {
 fn compressed_values_are_read() {
     assert_values(&fixture("chombo_gzip_shuffle_f64.hdf5"), VoxelType::F64, Residence::Owned);
     assert_values(&fixture("chombo_gzip_f32.hdf5"), VoxelType::F32, Residence::Owned);
+}
+
+#[test]
+fn values_beyond_the_memory_go_into_a_scratch_file() {
+    let path = fixture("chombo_gzip_shuffle_f64.hdf5");
+    for (memory, residence) in [(Some(100), Residence::Mapped), (Some(1 << 30), Residence::Owned)] {
+        let data = ChomboFile::open(&path, &OpenOptions { memory, ..OpenOptions::default() }).unwrap();
+        assert_values_of(&data, VoxelType::F64, residence);
+    }
 }
 
 #[test]

@@ -20,7 +20,7 @@ fn refused_up_to(max_level: Option<usize>, change: impl Fn(&mut Sample)) -> Stri
     let mut sample = Sample::new(2, [0; 3]);
     change(&mut sample);
     let (_directory, path) = sample.write();
-    failure(&path, &OpenOptions { max_level }).expect("the file must be refused")
+    failure(&path, &OpenOptions { max_level, ..OpenOptions::default() }).expect("the file must be refused")
 }
 
 /// The sample after `change`, opened.
@@ -46,9 +46,9 @@ fn finer_levels_than_asked_for_are_not_looked_at() {
     sample.attributes.remove("level_1/ref_ratio");
     let (_directory, path) = sample.write();
     assert_eq!(failure(&path, &OpenOptions::default()).unwrap(), "level_1: no attribute ref_ratio or vec_ref_ratio");
-    let options = OpenOptions { max_level: Some(1) };
+    let options = OpenOptions { max_level: Some(1), ..OpenOptions::default() };
     assert_eq!(ChomboFile::open(&path, &options).unwrap().hierarchy().finest_level(), 1);
-    let options = OpenOptions { max_level: Some(3) };
+    let options = OpenOptions { max_level: Some(3), ..OpenOptions::default() };
     assert_eq!(failure(&path, &options).unwrap(), "no level 3; the finest level is 2");
 }
 

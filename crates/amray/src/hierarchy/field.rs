@@ -2,7 +2,7 @@
 
 use thiserror::Error;
 
-use super::values::{BrickValues, Residence, Voxel, VoxelType};
+use super::values::{BrickValues, Residence, ValueBuffer, Voxel, VoxelType};
 use super::{Hierarchy, IndexBox};
 
 /// One scalar per cell, or per node, over a hierarchy.
@@ -192,6 +192,15 @@ impl Field {
     /// Where the brick or the cell does not exist.
     pub fn value(&self, brick: usize, cell: [usize; 3]) -> f64 {
         with_voxels!(&self.values, bricks => bricks[brick].get(cell).to_f64())
+    }
+
+    /// The memory that values lie in, each piece once.
+    pub fn buffers(&self) -> Vec<ValueBuffer> {
+        let mut buffers: Vec<ValueBuffer> =
+            with_voxels!(&self.values, bricks => bricks.iter().map(|brick| brick.buffer().clone()).collect());
+        buffers.sort_unstable_by_key(ValueBuffer::start);
+        buffers.dedup_by_key(|buffer| buffer.start());
+        buffers
     }
 
     /// Bytes of the cells' values (ghost cells left out) that live in `residence`.

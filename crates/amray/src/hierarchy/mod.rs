@@ -22,7 +22,7 @@ pub use index_box::IndexBox;
 pub(crate) use lane_values::{LaneNormalisation, LaneValues};
 pub use normalisation::Normalisation;
 pub use rebricking::Rebricking;
-pub use values::{BrickValues, OutOfBuffer, Residence, ValueBuffer, Voxel, VoxelType, contiguous_strides};
+pub use values::{BrickValues, OutOfBuffer, Residence, ValueBuffer, Voxel, VoxelType, bytes_of, contiguous_strides};
 
 /// Levels of bricks over one domain.
 ///

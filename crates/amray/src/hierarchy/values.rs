@@ -82,10 +82,10 @@ pub struct ValueBuffer {
     bytes: usize,
     residence: Residence,
     /// Only held: dropping the last clone releases the memory.
-    _owner: Arc<dyn Any + Send + Sync>,
+    owner: Arc<dyn Any + Send + Sync>,
 }
 
-// SAFETY: the memory is only read, and `_owner`, which may be dropped on any thread, is Send + Sync itself.
+// SAFETY: the memory is only read, and `owner`, which may be dropped on any thread, is Send + Sync itself.
 unsafe impl Send for ValueBuffer {}
 // SAFETY: as above; shared reads need no synchronisation.
 unsafe impl Sync for ValueBuffer {}
@@ -96,7 +96,7 @@ impl ValueBuffer {
         let start = values.as_ptr().cast();
         let bytes = values.len() * size_of::<T>();
         // Moving the Vec into the Arc does not move the values it points to.
-        Self { start, bytes, residence: Residence::Owned, _owner: Arc::new(values) }
+        Self { start, bytes, residence: Residence::Owned, owner: Arc::new(values) }
     }
 
     /// A buffer over a memory-mapped file.
@@ -104,7 +104,7 @@ impl ValueBuffer {
     /// The file must not be truncated while the map lives: the operating system answers reads past its new end with
     /// a bus error.
     pub fn mapped(map: Arc<Mmap>) -> Self {
-        Self { start: map.as_ptr(), bytes: map.len(), residence: Residence::Mapped, _owner: map }
+        Self { start: map.as_ptr(), bytes: map.len(), residence: Residence::Mapped, owner: map }
     }
 
     /// A buffer over memory that `owner` keeps alive.
@@ -112,7 +112,23 @@ impl ValueBuffer {
     /// # Safety
     /// `start` must stay valid for reads of `bytes` bytes, and the bytes unchanged, until `owner` is dropped.
     pub unsafe fn borrowed(start: *const u8, bytes: usize, owner: Arc<dyn Any + Send + Sync>) -> Self {
-        Self { start, bytes, residence: Residence::Borrowed, _owner: owner }
+        Self { start, bytes, residence: Residence::Borrowed, owner }
+    }
+
+    /// Gives the pages of a mapped file back to the operating system, which reads them again when they are touched.
+    /// Other buffers, and systems that know no such request, are left alone.
+    pub fn release(&self) {
+        #[cfg(unix)]
+        if let Some(map) = self.owner.downcast_ref::<Mmap>() {
+            // SAFETY: the map is of a file and only ever read: its pages come back with the same bytes.
+            // A system that refuses keeps the pages, which is no harm.
+            let _ = unsafe { map.unchecked_advise(memmap2::UncheckedAdvice::DontNeed) };
+        }
+    }
+
+    /// Where the memory starts.
+    pub(super) fn start(&self) -> *const u8 {
+        self.start
     }
 
     /// The length in bytes.
@@ -198,6 +214,11 @@ impl<T: Voxel> BrickValues<T> {
     /// Where the value of the brick's first cell lies; it need not be aligned.
     pub(super) fn start(&self) -> *const T {
         self.buffer.start.wrapping_add(self.offset).cast()
+    }
+
+    /// The memory that the values lie in.
+    pub fn buffer(&self) -> &ValueBuffer {
+        &self.buffer
     }
 
     /// Where the values live.
@@ -302,6 +323,12 @@ impl<T: Voxel> BrickValues<T> {
         // (sealed trait); file formats align nothing, so the read is unaligned.
         unsafe { self.buffer.start.add(self.offset).cast::<T>().add(distance).read_unaligned() }
     }
+}
+
+/// The bytes of values, in this machine's order: what a mapped file must hold to be read in place.
+pub fn bytes_of<T: Voxel>(values: &[T]) -> &[u8] {
+    // SAFETY: the values are plain numbers without padding (sealed trait), and any byte may be read as a `u8`.
+    unsafe { std::slice::from_raw_parts(values.as_ptr().cast(), size_of_val(values)) }
 }
 
 /// Strides of values stored x fastest without gaps.

@@ -110,7 +110,8 @@ fn an_empty_finest_level_can_be_left_out() {
     let header = directory.path().join(HEADER);
     fs::write(&header, fs::read_to_string(&header).unwrap().replacen("\n1 3 2.5", "\n1 0 2.5", 1)).unwrap();
     fs::remove_dir_all(directory.path().join("Level_1")).unwrap();
-    let plotfile = AmrexPlotfile::open(directory.path(), &OpenOptions { max_level: Some(0) }).unwrap();
+    let plotfile =
+        AmrexPlotfile::open(directory.path(), &OpenOptions { max_level: Some(0), ..OpenOptions::default() }).unwrap();
     assert_eq!(plotfile.hierarchy().brick_count(), 2);
 }
 

@@ -161,10 +161,12 @@ fn big_endian_single_precision_holds_the_shortened_double_precision() {
 #[test]
 fn finer_levels_can_be_left_out() {
     let Some(path) = data("plt_small") else { return };
-    let plotfile = AmrexPlotfile::open(&path, &OpenOptions { max_level: Some(1) }).unwrap();
+    let plotfile = AmrexPlotfile::open(&path, &OpenOptions { max_level: Some(1), ..OpenOptions::default() }).unwrap();
     assert_eq!(plotfile.hierarchy().finest_level(), 1);
     assert_eq!(read(&plotfile, 0).value(17, [3, 16, 4]), 1.0000000002971052);
-    let error = AmrexPlotfile::open(&path, &OpenOptions { max_level: Some(3) }).unwrap_err().to_string();
+    let error = AmrexPlotfile::open(&path, &OpenOptions { max_level: Some(3), ..OpenOptions::default() })
+        .unwrap_err()
+        .to_string();
     assert_eq!(error, format!("{}: no level 3; the finest level is 2", path.join("Header").display()));
 }
 
