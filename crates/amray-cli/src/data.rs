@@ -188,6 +188,11 @@ impl VolumeArguments {
 
     /// Opens the data set, says on standard error what is unusual about it, reads the field and builds the index.
     pub(crate) fn open(&self) -> anyhow::Result<Opened> {
+        self.open_beside(None)
+    }
+
+    /// [`open`](Self::open), where a data set that may have the same mesh is open already, with its index.
+    pub(crate) fn open_beside(&self, index: Option<Arc<Index>>) -> anyhow::Result<Opened> {
         let start = Instant::now();
         let data = self.data().open()?;
         for warning in warnings(&*data) {
@@ -197,7 +202,9 @@ impl VolumeArguments {
         let watch = self.section.memory.watch(&field);
         let open_seconds = start.elapsed().as_secs_f64();
         let start = Instant::now();
-        let index = with_spinner("indexing", || Arc::new(Index::build(data.hierarchy().clone())));
+        let shared = index.filter(|index| index.hierarchy() == data.hierarchy());
+        let build = || with_spinner("indexing", || Arc::new(Index::build(data.hierarchy().clone())));
+        let index = shared.unwrap_or_else(build);
         let volume = Volume::new(index, field, self.method());
         if volume.method() == Method::Nodal && self.section.method.is_some() {
             let name = volume.field().name();

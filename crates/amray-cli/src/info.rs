@@ -1,27 +1,36 @@
 //! `amray info`: what a data set holds.
 
 use std::fmt::Write;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
 use amray::Volume;
-use amray::hierarchy::{Centering, Residence};
+use amray::hierarchy::{Centering, Hierarchy, Residence};
 use amray::index::Index;
 use amray::reconstruction::Method;
 use amray::render::padded_bytes;
 use amray_formats::{DataSet, find_field};
 use clap::Args;
 use serde::Serialize;
+use serde_json::json;
 
 use crate::data::{self, DataArguments};
+use crate::memory::MemoryArguments;
 use crate::number::{bytes, grouped};
 use crate::progress::{with_progress, with_spinner};
-use crate::{print, print_json};
+use crate::{print, print_json, series};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
+    /// A data set, or several: the steps of a time series, or patterns in quotes ('plt*')
+    #[arg(required = true)]
+    paths: Vec<PathBuf>,
+    /// As if levels finer than K did not exist
+    #[arg(long, value_name = "K")]
+    max_level: Option<usize>,
     #[command(flatten)]
-    data: DataArguments,
+    memory: MemoryArguments,
     /// Only this field's range [default: every field's]
     #[arg(long, value_name = "NAME")]
     field: Option<String>,
@@ -77,19 +86,80 @@ struct IndexDescription {
 }
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let data = arguments.data.open()?;
+    let paths = series::paths(&arguments.paths)?;
+    match &paths[..] {
+        [path] => one(arguments, &arguments.data(path)),
+        paths => several(arguments, paths),
+    }
+}
+
+impl Arguments {
+    fn data(&self, path: &Path) -> DataArguments {
+        DataArguments { path: path.into(), max_level: self.max_level, memory: self.memory }
+    }
+}
+
+/// A step of a time series.
+#[derive(Serialize)]
+struct Step {
+    path: PathBuf,
+    format: &'static str,
+    time: Option<f64>,
+    levels: usize,
+    bricks: usize,
+    cells: u64,
+    /// Whether the mesh is that of the step before.
+    same_mesh: bool,
+}
+
+/// Describes a time series, a line each.
+fn several(arguments: &Arguments, paths: &[PathBuf]) -> anyhow::Result<()> {
+    let mut last: Option<Arc<Hierarchy>> = None;
+    let mut steps = Vec::with_capacity(paths.len());
+    for path in paths {
+        let data = arguments.data(path).open()?;
+        let hierarchy = data.hierarchy();
+        steps.push(Step {
+            path: path.clone(),
+            format: data.format(),
+            time: data.time(),
+            levels: hierarchy.levels().len(),
+            bricks: hierarchy.brick_count(),
+            cells: hierarchy.cells(),
+            same_mesh: last.replace(hierarchy.clone()).is_some_and(|last| last == *hierarchy),
+        });
+    }
+    if arguments.json {
+        return print_json(&json!({ "steps": steps }));
+    }
+    let mut text = format!("{:>14} {:>7} {:>8} {:>14}  mesh    data\n", "time", "levels", "bricks", "cells");
+    for Step { path, time, levels, bricks, cells, same_mesh, .. } in &steps {
+        let time = time.map_or_else(|| "unknown".into(), |time| format!("{time:.6e}"));
+        let mesh = if *same_mesh { "same" } else { "new" };
+        let cells = grouped(*cells);
+        text += &format!("{time:>14} {levels:>7} {bricks:>8} {cells:>14}  {mesh:<6}  {}\n", path.display());
+    }
+    Ok(print(&text)?)
+}
+
+fn one(arguments: &Arguments, source: &DataArguments) -> anyhow::Result<()> {
+    let data = source.open()?;
     let start = Instant::now();
     let index = Arc::new(with_spinner("indexing", || Index::build(data.hierarchy().clone())));
     let seconds = start.elapsed().as_secs_f64();
     let of_index = IndexDescription { regions: index.regions().len(), bytes: index.bytes(), seconds };
-    let description = describe(arguments, &*data, &index)?;
+    let description = describe((arguments, source), &*data, &index)?;
     if arguments.json {
         return print_json(&description);
     }
     Ok(print(&text(&description, &of_index))?)
 }
 
-fn describe(arguments: &Arguments, data: &dyn DataSet, index: &Arc<Index>) -> anyhow::Result<Description> {
+fn describe(
+    (arguments, source): (&Arguments, &DataArguments),
+    data: &dyn DataSet,
+    index: &Arc<Index>,
+) -> anyhow::Result<Description> {
     let hierarchy = data.hierarchy();
     let leaf_cells = index.leaf_cells();
     let levels = hierarchy.levels().iter().enumerate().map(|(number, level)| LevelDescription {
@@ -102,7 +172,7 @@ fn describe(arguments: &Arguments, data: &dyn DataSet, index: &Arc<Index>) -> an
         leaf_cells: leaf_cells[number],
     });
     let numbers: Vec<usize> = match &arguments.field {
-        Some(name) => vec![find_field(&arguments.data.path, data.fields(), name)?],
+        Some(name) => vec![find_field(&source.path, data.fields(), name)?],
         None => (0..data.fields().len()).collect(),
     };
     let fields = numbers.into_iter().map(|number| describe_field(data, index, number)).collect::<Result<_, _>>()?;

@@ -20,6 +20,7 @@ mod render;
 mod sample;
 mod sampling;
 mod scene_file;
+mod series;
 mod slice;
 mod stage;
 mod surfaces;

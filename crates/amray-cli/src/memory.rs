@@ -28,6 +28,11 @@ impl MemoryArguments {
         self.memory.unwrap_or_else(|| available().map_or(1 << 30, |bytes| bytes / 2))
     }
 
+    /// Half of it.
+    pub(crate) fn half(self) -> Self {
+        Self { memory: self.memory.map(|bytes| bytes / 2) }
+    }
+
     /// Whatever is said here, else by `others`.
     pub(crate) fn or(self, others: Self) -> Self {
         Self { memory: self.memory.or(others.memory) }

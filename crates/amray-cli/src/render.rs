@@ -135,7 +135,7 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     arguments.save_scene.as_deref().map(check_writable).transpose()?;
     if let Some(coarse) = data.coarse_part()? {
         let finest = coarse.data().max_level.unwrap_or(0);
-        let stage = Stage::open(document.clone(), &coarse)?;
+        let stage = Stage::open(document.clone(), &coarse, None)?;
         let camera = stage.camera()?;
         let outlines = stage.outlines(&camera)?;
         let scenes = stage.scenes(camera, outlines.as_ref())?;
@@ -143,7 +143,7 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         write(&stage, stage.films(&scenes, "coarse")?.0, &scenes, &output, format)?;
         note(&format!("amray: {} has levels up to {finest}; the finer ones follow", output.display()));
     }
-    let stage = Stage::open(document, &data)?;
+    let stage = Stage::open(document, &data, None)?;
     let camera = stage.camera()?;
     let outlines = stage.outlines(&camera)?;
     let scenes = stage.scenes(camera, outlines.as_ref())?;

@@ -1,9 +1,11 @@
 //! A scene document with its data open: what pictures are taken of.
 
+use std::sync::Arc;
 use std::time::Instant;
 
 use amray::Volume;
 use amray::appearance::{Picture, TransferFunction, automatic, color_bar};
+use amray::index::Index;
 use amray::render::{Engine, Film, PathError, RenderOptions, RenderStatistics};
 use amray::scene::{Camera, CameraError, Lighting, LightingError, Scene, Shading, ShownField};
 use amray_mesh::Mesh;
@@ -39,12 +41,16 @@ pub(crate) struct Stage {
 }
 
 impl Stage {
-    /// Opens the data of a document.
-    pub(crate) fn open(document: SceneDocument, data: &VolumeArguments) -> anyhow::Result<Self> {
+    /// Opens the data of a document, which share an `index` of the same mesh.
+    pub(crate) fn open(
+        document: SceneDocument,
+        data: &VolumeArguments,
+        index: Option<Arc<Index>>,
+    ) -> anyhow::Result<Self> {
         document.light_paths.check()?;
         let picture = &document.picture;
         let size = picture.size.unwrap_or(if document.camera.panorama { PANORAMA_SIZE } else { SIZE });
-        let opened = data.open()?;
+        let opened = data.open_beside(index)?;
         document.surfaces.warn(&opened.volume);
         let colors = |data: &_, volume: &_| AppearanceArguments::default().transfer_function(data, volume);
         let surfaces = document.surfaces.data(data, &opened, colors)?;

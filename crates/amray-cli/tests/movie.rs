@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::SystemTime;
 
-use common::{demo, fails, misused, png, prints};
+use common::{demo, fails, json, misused, png, prints};
 
 /// The small demo data, and flags of a small movie of it.
 fn flags() -> Vec<&'static str> {
@@ -134,4 +134,27 @@ fn movie_files_need_ffmpeg() {
         assert!(directory.join(name).exists(), "{name}");
         assert!(!directory.join(format!("{name}.frames")).exists(), "{name}");
     }
+}
+
+#[test]
+fn patterns_name_the_steps_of_a_series() {
+    let directory = tempfile::tempdir().unwrap();
+    let directory = directory.path();
+    for name in ["s9.hdf5", "s10.hdf5"] {
+        std::fs::copy(demo(), directory.join(name)).unwrap();
+    }
+    let other = ["--levels", "2", "--base", "16", "--brick", "8", "--threshold", "0.5"];
+    prints(directory, &[&["demo", "-o", "s11.hdf5"][..], &other].concat());
+    let info = json(&prints(directory, &["info", "s*.hdf5", "--json"]));
+    let steps = info["steps"].as_array().unwrap();
+    let found: Vec<_> = steps.iter().map(|step| (step["path"].as_str().unwrap(), step["same_mesh"] == true)).collect();
+    assert_eq!(found, [("s9.hdf5", false), ("s10.hdf5", true), ("s11.hdf5", false)]);
+    assert_eq!(prints(directory, &["info", "s*.hdf5"]).lines().count(), 4);
+
+    prints(directory, &["movie", "s*.hdf5", "--size", "16x12", "--frames", "6", "-o", "pattern", "--memory", "100M"]);
+    prints(directory, &["movie", "s9.hdf5", "s10.hdf5", "s11.hdf5", "--size", "16x12", "--frames", "6", "-o", "list"]);
+    let frames = |name: &str| (0..6).map(|number| frame(&directory.join(name), number)).collect::<Vec<_>>();
+    let (pattern, list) = (frames("pattern"), frames("list"));
+    assert!(pattern == list && pattern[3] == pattern[0] && pattern[4] != pattern[3] && pattern[5] == pattern[4]);
+    assert!(fails(directory, &["movie", "plt*", "-o", "none"]).contains("no data set has such a name"));
 }

@@ -4,7 +4,7 @@ mod encoder;
 mod frames;
 mod keys;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use amray::scene::{Camera, CameraPath, Viewpoint, orbit};
 use amray_formats::picture::write_png;
@@ -13,7 +13,7 @@ use serde_json::json;
 
 use crate::data::absolute;
 use crate::scene_file::SceneDocument;
-use crate::stage::Stage;
+use crate::series::{self, Steps};
 use crate::{number, print};
 
 use encoder::Encoder;
@@ -26,7 +26,7 @@ const TURN: f64 = 360.0;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// A data set, or several: the steps of a time series, in this order
+    /// A data set, or several: the steps of a time series, in this order, or patterns in quotes ('plt*')
     #[arg(required = true)]
     paths: Vec<PathBuf>,
     /// Where the movie goes: a .mp4, .mkv or .webm (by ffmpeg), or a directory for numbered pictures
@@ -85,18 +85,15 @@ impl Motion {
 
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let encoder = Encoder::of(&arguments.output, arguments.fps)?;
-    // Each is opened when its frames come, which is late to learn that it is not there.
-    for path in &arguments.paths {
-        path.metadata().map_err(|error| anyhow::anyhow!("{}: cannot open: {error}", path.display()))?;
-    }
-    let count = arguments.frames.unwrap_or(match &arguments.paths[..] {
+    let paths = series::paths(&arguments.paths)?;
+    let count = arguments.frames.unwrap_or(match &paths[..] {
         [_] => FRAMES,
         paths => u32::try_from(paths.len())?,
     });
     let motion = match (&arguments.keys, arguments.orbit) {
         (Some(path), _) => Motion::Keys(keys::read(path)?),
         (None, Some(degrees)) => Motion::Orbit(degrees),
-        (None, None) => Motion::Orbit(if arguments.paths.len() == 1 { TURN } else { 0.0 }),
+        (None, None) => Motion::Orbit(if paths.len() == 1 { TURN } else { 0.0 }),
     };
     let mut document = arguments.document.clone();
     if let Some(scene) = &arguments.scene {
@@ -105,24 +102,31 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let directory = encoder.as_ref().map_or(arguments.output.clone(), Encoder::frames_directory);
     // Looks are those of the first step throughout.
     let sampling = document.sampling.clone();
-    let first = open(document, &arguments.paths[0])?;
+    if paths.len() > 1 {
+        // Two steps are in memory at a time.
+        document.data.memory = document.data.memory.half();
+    }
+    let first = series::open(document, &paths[0], None)?;
     let camera = first.camera()?;
     let start = *camera.viewpoint();
     let cameras = (0..count).map(|frame| motion.camera(start, frame, count)).collect::<anyhow::Result<Vec<_>>>()?;
     // Not so how values lie: a later step may be larger.
     let document = SceneDocument { sampling, ..first.resolved(&camera)? };
-    let frames = Frames::open(&directory, &arguments.described(&document, &motion, count)?, arguments.restart)?;
+    let frames = Frames::open(&directory, &described(&paths, &document, &motion, count)?, arguments.restart)?;
+    let step_of = |frame: u32| (u64::from(frame) * paths.len() as u64 / u64::from(count)) as usize;
+    let left: Vec<_> = (0..count).zip(cameras).filter(|(frame, _)| !frames.path(*frame).exists()).collect();
+    let mut steps = Steps::new(&document, &paths, first.volume.index().clone());
     let mut step = (0, first);
-    for (frame, camera) in (0..count).zip(cameras) {
-        let path = frames.path(frame);
-        if path.exists() {
-            continue;
-        }
-        let number = (u64::from(frame) * arguments.paths.len() as u64 / u64::from(count)) as usize;
+    for (place, &(frame, camera)) in left.iter().enumerate() {
+        let number = step_of(frame);
         if step.0 != number {
-            // One step at a time in memory.
             drop(step);
-            step = (number, open(document.clone(), &arguments.paths[number])?);
+            step = (number, steps.open(number)?);
+        }
+        let starts = place == 0 || step_of(left[place - 1].0) != number;
+        let next = left[place..].iter().map(|(frame, _)| step_of(*frame)).find(|next| *next != number);
+        if let Some(next) = next.filter(|_| starts) {
+            steps.prepare(next);
         }
         let stage = &step.1;
         let outlines = stage.outlines(&camera)?;
@@ -130,7 +134,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         stage.prepare();
         let (films, _) = stage.films(&scenes, &format!("{}/{count}", frame + 1))?;
         let picture = stage.picture(&films, &scenes);
-        write_png(&path, [picture.width(), picture.height()], picture.pixels())?;
+        write_png(&frames.path(frame), [picture.width(), picture.height()], picture.pixels())?;
     }
     if let Some(encoder) = encoder {
         encoder.encode(&frames)?;
@@ -141,22 +145,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(print(&format!("{}\n", arguments.output.display()))?)
 }
 
-impl Arguments {
-    /// What frames depend on, as JSON.
-    fn described(&self, document: &SceneDocument, motion: &Motion, count: u32) -> anyhow::Result<String> {
-        let paths: Vec<PathBuf> = self.paths.iter().map(|path| absolute(path)).collect();
-        let motion = match motion {
-            Motion::Orbit(degrees) => json!({ "orbit": degrees }),
-            Motion::Keys(path) => json!({ "keys": format!("{path:?}") }),
-        };
-        let described = json!({ "frames": count, "paths": paths, "motion": motion, "scene": document });
-        Ok(serde_json::to_string_pretty(&described)? + "\n")
-    }
-}
-
-/// Opens a step.
-fn open(mut document: SceneDocument, path: &Path) -> anyhow::Result<Stage> {
-    document.data.path = Some(path.into());
-    let data = document.data.volume().expect("the path has just been set");
-    Stage::open(document, &data)
+/// What frames depend on, as JSON.
+fn described(paths: &[PathBuf], document: &SceneDocument, motion: &Motion, count: u32) -> anyhow::Result<String> {
+    let paths: Vec<PathBuf> = paths.iter().map(|path| absolute(path)).collect();
+    let motion = match motion {
+        Motion::Orbit(degrees) => json!({ "orbit": degrees }),
+        Motion::Keys(path) => json!({ "keys": format!("{path:?}") }),
+    };
+    let described = json!({ "frames": count, "paths": paths, "motion": motion, "scene": document });
+    Ok(serde_json::to_string_pretty(&described)? + "\n")
 }

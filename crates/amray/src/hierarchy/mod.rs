@@ -28,7 +28,7 @@ pub use values::{BrickValues, OutOfBuffer, Residence, ValueBuffer, Voxel, VoxelT
 ///
 /// World position = origin + index * cell size, per axis and on every level: cell (0, 0, 0) of each level has its low
 /// corner at the origin, wherever the domain's own low corner lies.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Hierarchy {
     origin: [f64; 3],
     levels: Vec<Level>,
@@ -49,7 +49,7 @@ pub struct LevelDescription {
 }
 
 /// One resolution of a hierarchy. Level 0 is the coarsest.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Level {
     ratio: [i64; 3],
     cell_size: [f64; 3],
