@@ -5,6 +5,7 @@
 mod amrex;
 mod chombo;
 pub mod demo;
+mod derived;
 mod error;
 mod hdf5;
 mod mapped_file;
@@ -18,8 +19,10 @@ use std::sync::Arc;
 
 use amray::hierarchy::{Field, Hierarchy, VoxelType};
 
+pub use amray_expressions::Definition;
 pub use amrex::AmrexPlotfile;
 pub use chombo::{ChomboFile, ChomboWriter};
+pub use derived::{derived_fields, read_named};
 pub use error::FormatError;
 pub use open::open;
 
@@ -47,6 +50,12 @@ pub trait DataSet: Send + Sync {
     /// # Panics
     /// Where there is no such field.
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError>;
+
+    /// Expressions that the data set keeps under names of their own; they may mean nothing over its fields:
+    /// [`derived_fields`] are those that do.
+    fn expressions(&self) -> &[Definition] {
+        &[]
+    }
 
     /// What is unusual about the data set but does not keep it from being rendered, a line each; what is unusual about
     /// its mesh, [`Hierarchy::warnings`] says.

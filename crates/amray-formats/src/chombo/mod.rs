@@ -3,6 +3,7 @@
 //! The format is that of `WriteAMRHierarchyHDF5` in Chombo's `AMRIO.cpp` and of the level data in `CH_HDF5.cpp`: root
 //! attributes, and a group `level_N` per level with its `boxes` and one flat array of values.
 
+mod expressions;
 mod geometry;
 mod values;
 mod writer;
@@ -14,7 +15,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use amray::hierarchy::{BrickValues, Field, FieldValues, Hierarchy, Voxel, VoxelType};
 
 use crate::hdf5::{H5Type, Hdf5, Hdf5Group};
-use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
+use crate::{DataSet, Definition, FieldInfo, FormatError, OpenOptions};
 use values::LevelValues;
 pub use writer::ChomboWriter;
 
@@ -28,6 +29,7 @@ pub struct ChomboFile {
     time: Option<f64>,
     hierarchy: Arc<Hierarchy>,
     fields: Vec<FieldInfo>,
+    expressions: Vec<Definition>,
     levels: Vec<LevelValues>,
     warnings: Vec<String>,
 }
@@ -95,7 +97,8 @@ impl ChomboFile {
         // By now every component of every brick is known to have its place in the file: the count can be believed.
         let fields = field_names(&root, components, &mut warnings);
         let fields = fields.into_iter().map(|name| FieldInfo { name, voxel_type }).collect();
-        Ok(Self { hdf5, time, hierarchy: Arc::new(hierarchy), fields, levels, warnings })
+        let expressions = expressions::read(&root);
+        Ok(Self { hdf5, time, hierarchy: Arc::new(hierarchy), fields, expressions, levels, warnings })
     }
 
     fn read_values<T: Voxel + H5Type>(
@@ -142,6 +145,10 @@ impl DataSet for ChomboFile {
         };
         let wrong = |source| FormatError::Field { path: self.hdf5.path().into(), source };
         Field::new(name, values, &self.hierarchy).map_err(wrong)
+    }
+
+    fn expressions(&self) -> &[Definition] {
+        &self.expressions
     }
 
     fn warnings(&self) -> &[String] {
