@@ -11,13 +11,14 @@ use divan::counter::ItemsCount;
 
 const NAMES: [&str; 4] = ["density", "vx", "vy", "vz"];
 
-const EXPRESSIONS: [&str; 8] = [
+const EXPRESSIONS: [&str; 9] = [
     "density + 1",
     "density * vx + vy",
     "sqrt(vx^2 + vy^2 + vz^2)",
     "if(density > 0.5, vx, vy)",
     "log10(density)",
     "density * x",
+    "gradient_x(density)",
     "gradient_magnitude(density)",
     "vorticity_magnitude(vx, vy, vz)",
 ];

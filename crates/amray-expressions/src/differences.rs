@@ -5,140 +5,124 @@
 //! there is no cell at all, at the domain's faces and at holes, the difference is one-sided. So the slope of a linear
 //! field is exact wherever covered cells hold means of finer ones and no level is only one cell thick.
 
-use amray::hierarchy::{Brick, Field, IndexBox};
+use amray::hierarchy::{Brick, BrickValues, Field, FieldValues, IndexBox, Voxel};
 use amray::index::{Found, Index};
 use rayon::prelude::*;
 
 use crate::source::read_row;
 
-/// A field of which slopes are taken, with what lies around its bricks.
+/// A field of which slopes along an axis are taken, with what lies beyond the faces of its bricks.
 pub(crate) struct Sloped<'a> {
     field: &'a Field,
+    axis: usize,
     halos: Vec<Halo>,
 }
 
-/// The values just beyond a brick's faces.
+/// The values just beyond a brick's low and high face; where there is nothing, what continues the brick's values in a
+/// straight line. Of the two axes along the faces, the first one runs fastest.
 struct Halo {
     size: [usize; 3],
-    /// Per axis those beyond the low and the high face; of the other two axes, the first one runs fastest. Where there is
-    /// nothing beyond, what continues the brick's values in a straight line.
-    faces: [[Vec<f64>; 2]; 3],
+    /// Along the axis, in world units.
+    cell_size: f64,
+    low: Vec<f64>,
+    high: Vec<f64>,
 }
 
 impl<'a> Sloped<'a> {
-    pub(crate) fn new(field: &'a Field, index: &Index) -> Self {
-        let bricks: Vec<Brick> = index.hierarchy().bricks().collect();
-        let cells = Cells { field, index };
-        let halos = bricks.par_iter().enumerate().map(|(place, brick)| cells.halo(place, *brick)).collect();
-        Self { field, halos }
+    pub(crate) fn new(field: &'a Field, axis: usize, index: &Index) -> Self {
+        let halos = match field.values() {
+            FieldValues::F32(bricks) => halos(&Cells { bricks, index }, axis),
+            FieldValues::F64(bricks) => halos(&Cells { bricks, index }, axis),
+        };
+        Self { field, axis, halos }
     }
 
-    /// For the row `[j, k]` of the brick `place`, the neighbours above each cell along `axis` less those below. `below` is
-    /// for use meanwhile, as long as `differences`.
-    pub(crate) fn differences(
-        &self,
-        place: usize,
-        [j, k]: [usize; 2],
-        axis: usize,
-        below: &mut [f64],
-        differences: &mut [f64],
-    ) {
-        let Halo { size: [length, width, height], faces } = &self.halos[place];
-        let [low, high] = &faces[axis];
-        match axis {
-            0 => {
-                let (face, last) = (j + k * width, length - 1);
-                read_row(self.field, place, [j, k], below);
-                differences[..last].copy_from_slice(&below[1..]);
-                differences[last] = high[face];
-                below.copy_within(..last, 1);
-                below[0] = low[face];
+    /// Puts the slopes in the row `[j, k]` of the brick `place` into `above`, at first the values above each cell;
+    /// `below` is for those below.
+    pub(crate) fn slopes(&self, place: usize, [j, k]: [usize; 2], below: &mut [f64], above: &mut [f64]) {
+        let Halo { size, cell_size, low, high } = &self.halos[place];
+        let length = size[0];
+        let read = |jk: [usize; 2], row: &mut [f64]| read_row(self.field, place, jk, row);
+        if self.axis == 0 {
+            let (row, last) = (j + k * size[1], length - 1);
+            read([j, k], below);
+            above[..last].copy_from_slice(&below[1..]);
+            above[last] = high[row];
+            below.copy_within(..last, 1);
+            below[0] = low[row];
+        } else {
+            let (at, row) = if self.axis == 1 { (j, k) } else { (k, j) };
+            let moved = |at: usize| if self.axis == 1 { [at, k] } else { [j, at] };
+            let face = row * length..(row + 1) * length;
+            match at.checked_sub(1) {
+                Some(at) => read(moved(at), below),
+                None => below.copy_from_slice(&low[face.clone()]),
             }
-            1 => {
-                let face = &|layer: &[f64], row: &mut [f64]| row.copy_from_slice(&layer[k * length..][..*length]);
-                match j.checked_sub(1) {
-                    Some(j) => read_row(self.field, place, [j, k], below),
-                    None => face(low, below),
-                }
-                match j + 1 < *width {
-                    true => read_row(self.field, place, [j + 1, k], differences),
-                    false => face(high, differences),
-                }
-            }
-            _ => {
-                let face = &|layer: &[f64], row: &mut [f64]| row.copy_from_slice(&layer[j * length..][..*length]);
-                match k.checked_sub(1) {
-                    Some(k) => read_row(self.field, place, [j, k], below),
-                    None => face(low, below),
-                }
-                match k + 1 < *height {
-                    true => read_row(self.field, place, [j, k + 1], differences),
-                    false => face(high, differences),
-                }
+            match at + 1 < size[self.axis] {
+                true => read(moved(at + 1), above),
+                false => above.copy_from_slice(&high[face]),
             }
         }
-        for (above, below) in differences.iter_mut().zip(below) {
-            *above -= *below;
+        for (above, below) in above.iter_mut().zip(below) {
+            *above = (*above - *below) * (0.5 / cell_size);
         }
     }
+}
+
+/// What lies beyond each brick.
+fn halos<T: Voxel>(cells: &Cells<T>, axis: usize) -> Vec<Halo> {
+    let bricks: Vec<Brick> = cells.index.hierarchy().bricks().collect();
+    bricks.par_iter().enumerate().map(|(place, brick)| cells.halo(place, *brick, axis)).collect()
 }
 
 /// A field's cells, to be found by their indices.
-struct Cells<'a> {
-    field: &'a Field,
+struct Cells<'a, T> {
+    bricks: &'a [BrickValues<T>],
     index: &'a Index,
 }
 
-impl Cells<'_> {
-    fn halo(&self, place: usize, brick: Brick) -> Halo {
-        let size = brick.cells.size();
-        let faces = [0, 1, 2].map(|axis| {
-            let [mut below, mut above] = [brick.cells; 2];
-            (below.low[axis], below.high[axis]) = (brick.cells.low[axis] - 1, brick.cells.low[axis]);
-            (above.low[axis], above.high[axis]) = (brick.cells.high[axis], brick.cells.high[axis] + 1);
-            let [below, above] = [below, above].map(|layer| self.layer(brick.level, layer));
-            let mut face = IndexBox::new([0; 3], size);
-            face.high[axis] = 1;
-            let last = size[axis] - 1;
-            let (low, high) = face
-                .iter()
-                .zip(below.into_iter().zip(above))
-                .map(|(cell, (below, above))| {
-                    let value = |at: i64| {
-                        let mut cell = cell.map(|index| index as usize);
-                        cell[axis] = at as usize;
-                        self.field.value(place, cell)
-                    };
-                    let inner = if last > 0 { [Some(value(1)), Some(value(last - 1))] } else { [above, below] };
-                    let straight = |edge: f64, inner: Option<f64>| inner.map_or(edge, |inner| 2.0 * edge - inner);
-                    (
-                        below.unwrap_or_else(|| straight(value(0), inner[0])),
-                        above.unwrap_or_else(|| straight(value(last), inner[1])),
-                    )
-                })
-                .unzip();
-            [low, high]
+impl<T: Voxel> Cells<'_, T> {
+    fn halo(&self, place: usize, brick: Brick, axis: usize) -> Halo {
+        let [mut below, mut above, mut face] = [brick.cells; 3];
+        (below.low[axis], below.high[axis]) = (brick.cells.low[axis] - 1, brick.cells.low[axis]);
+        (above.low[axis], above.high[axis]) = (brick.cells.high[axis], brick.cells.high[axis] + 1);
+        face.high[axis] = face.low[axis] + 1;
+        let [below, above] = [below, above].map(|layer| self.layer(brick.level, layer));
+        let (first, last) = (brick.cells.low[axis], brick.cells.high[axis] - 1);
+        let beyond = face.iter().zip(below.into_iter().zip(above)).map(|(mut cell, (below, above))| {
+            let mut value = |at: i64| {
+                cell[axis] = at;
+                self.value(place, brick.cells, cell)
+            };
+            let mut straight = |edge: i64, inner: i64, opposite: Option<f64>| {
+                let inner = if first < last { Some(value(inner)) } else { opposite };
+                let edge = value(edge);
+                inner.map_or(edge, |inner| 2.0 * edge - inner)
+            };
+            (
+                below.unwrap_or_else(|| straight(first, first + 1, above)),
+                above.unwrap_or_else(|| straight(last, last - 1, below)),
+            )
         });
-        Halo { size: size.map(|cells| cells as usize), faces }
+        let (low, high) = beyond.unzip();
+        let cell_size = self.index.hierarchy().levels()[brick.level].cell_size()[axis];
+        Halo { size: brick.cells.size().map(|cells| cells as usize), cell_size, low, high }
     }
 
     /// The values of a layer of cells, x fastest, in or out of bricks; none where there is no cell of any level.
     fn layer(&self, level: usize, layer: IndexBox) -> Vec<Option<f64>> {
-        let description = &self.index.hierarchy().levels()[level];
         // Neighbouring cells mostly lie in the same brick.
-        let mut recent: Option<usize> = None;
+        let mut recent: Option<(usize, IndexBox)> = None;
         let value = |cell: [i64; 3]| {
-            if let Some(place) = recent
-                && description.brick_at(place).contains(cell)
-            {
-                return Some(self.value(level, place, cell));
+            if let Some((place, cells)) = recent.filter(|(_, cells)| cells.contains(cell)) {
+                return Some(self.value(place, cells, cell));
             }
             let found = self.index.find_cell(level, cell)?;
             if found.level < level {
                 return Some(self.prolonged(level, cell, found));
             }
-            recent = Some(found.brick);
-            Some(self.field.value(found.brick, found.cell))
+            recent = Some((found.brick, self.index.hierarchy().levels()[level].brick_at(found.brick)));
+            Some(self.bricks[found.brick].get(found.cell).to_f64())
         };
         layer.iter().map(value).collect()
     }
@@ -149,12 +133,13 @@ impl Cells<'_> {
         let (fine_size, coarse_size) = (levels[level].finest_cells(), levels[coarse.level].finest_cells());
         let low = levels[coarse.level].brick_at(coarse.brick).low;
         let parent: [i64; 3] = std::array::from_fn(|axis| low[axis] + coarse.cell[axis] as i64);
-        let value = self.field.value(coarse.brick, coarse.cell);
+        let value = self.bricks[coarse.brick].get(coarse.cell).to_f64();
         (0..3).fold(value, |sum, axis| {
-            let ratio = fine_size[axis] as f64 / coarse_size[axis] as f64;
-            let way = (cell[axis] as f64 + 0.5) * ratio - (parent[axis] as f64 + 0.5);
+            // Between the centres, in halves of the finest level's cells.
+            let [fine, coarse_cell] = [fine_size[axis], coarse_size[axis]];
+            let way = (2 * cell[axis] + 1) * fine - (2 * parent[axis] + 1) * coarse_cell;
             // Where the centres are level, what lies beside them does not matter, not even if it is no number.
-            if way == 0.0 {
+            if way == 0 {
                 return sum;
             }
             let [below, above] = [-1, 1].map(|step| {
@@ -168,22 +153,22 @@ impl Cells<'_> {
                 (Some(below), None) => value - below,
                 (None, None) => 0.0,
             };
-            sum + way * slope
+            sum + slope * way as f64 / (2 * coarse_cell) as f64
         })
     }
 
     /// The value of a cell of `level`, if there is such a cell; it may well lie in the brick `near`.
     fn actual(&self, level: usize, near: usize, cell: [i64; 3]) -> Option<f64> {
-        if self.index.hierarchy().levels()[level].brick_at(near).contains(cell) {
-            return Some(self.value(level, near, cell));
+        let cells = self.index.hierarchy().levels()[level].brick_at(near);
+        if cells.contains(cell) {
+            return Some(self.value(near, cells, cell));
         }
         let found = self.index.find_cell(level, cell).filter(|found| found.level == level)?;
-        Some(self.field.value(found.brick, found.cell))
+        Some(self.bricks[found.brick].get(found.cell).to_f64())
     }
 
-    /// The value of a cell of the brick `place`.
-    fn value(&self, level: usize, place: usize, cell: [i64; 3]) -> f64 {
-        let low = self.index.hierarchy().levels()[level].brick_at(place).low;
-        self.field.value(place, std::array::from_fn(|axis| (cell[axis] - low[axis]) as usize))
+    /// The value of a cell of the brick `place`, which has these `cells`.
+    fn value(&self, place: usize, cells: IndexBox, cell: [i64; 3]) -> f64 {
+        self.bricks[place].get(std::array::from_fn(|axis| (cell[axis] - cells.low[axis]) as usize)).to_f64()
     }
 }

@@ -91,7 +91,10 @@ impl Run<'_> {
         FieldValues: From<Vec<BrickValues<T>>>,
     {
         let sloped: Vec<Sloped> = match &self.index {
-            Some(index) => stage.sloped.iter().map(|source| Sloped::new(self.source(*source), index)).collect(),
+            Some(index) => {
+                let sloped = stage.sloped.iter();
+                sloped.map(|&(source, axis)| Sloped::new(self.source(source), axis, index)).collect()
+            }
             None => Vec::new(),
         };
         let bricks: Vec<Brick> = self.hierarchy.bricks().collect();
@@ -147,14 +150,10 @@ impl Run<'_> {
                     let field = self.source(source);
                     block.each_row(results, |jk, row| read_row(field, block.place, jk, row));
                 }
-                Action::Slope(source, axis) => {
-                    let per_cell = 0.5 / self.cell_size(&block)[axis];
-                    block.each_row(results, |jk, row| {
-                        let below = &mut memory.row[..row.len()];
-                        sloped[source].differences(block.place, jk, axis, below, row);
-                        row.iter_mut().for_each(|difference| *difference *= per_cell);
-                    });
-                }
+                Action::Slope(of) => block.each_row(results, |jk, row| {
+                    let below = &mut memory.row[..row.len()];
+                    sloped[of].slopes(block.place, jk, below, row);
+                }),
                 Action::Coordinate(axis) => {
                     let (origin, low) = (self.hierarchy.origin()[axis], block.brick.cells.low);
                     let cell_size = self.cell_size(&block)[axis];

@@ -46,7 +46,7 @@ impl Expression {
         if text.len() > LONGEST {
             return Err(ExpressionError::invalid(1, format!("{} bytes, expected at most {LONGEST}", text.len())));
         }
-        let mut parser = Parser { text, at: 0, depth: 0, nodes: Vec::new() };
+        let mut parser = Parser { text, at: 0, column: 1, depth: 0, nodes: Vec::new() };
         parser.expression(0)?;
         match parser.next() {
             None => Ok(Self { nodes: parser.nodes }),
@@ -89,6 +89,8 @@ struct Parser<'a> {
     text: &'a str,
     /// Where the rest begins, in bytes.
     at: usize,
+    /// The same in characters, from 1 on.
+    column: usize,
     depth: usize,
     nodes: Vec<Node>,
 }
@@ -99,14 +101,14 @@ impl Parser<'_> {
         self.depth += 1;
         if self.depth > DEEPEST {
             let problem = format!("parts nest deeper than {DEEPEST}");
-            return Err(ExpressionError::invalid(self.column(), problem));
+            return Err(ExpressionError::invalid(self.column, problem));
         }
         let mut left = self.operand()?;
         while let Some((operator, function, tightness, right)) = self.operator()
             && tightness >= loosest
         {
-            let column = self.column();
-            self.at += operator.len();
+            let column = self.column;
+            self.advance(operator.len());
             let right = self.expression(right)?;
             left = self.call(column, Function::Binary(function), operator, vec![left, right]);
         }
@@ -122,25 +124,25 @@ impl Parser<'_> {
     /// A number, a name, a call, what is in parentheses; perhaps with signs before and components behind.
     fn operand(&mut self) -> Result<usize, ExpressionError> {
         let next = self.next();
-        let column = self.column();
+        let column = self.column;
         let mut operand = match next {
             Some('-') => {
-                self.at += 1;
+                self.advance(1);
                 let operand = self.expression(SIGN)?;
                 return Ok(self.call(column, Function::Unary(Unary::Negate), "-", vec![operand]));
             }
             Some('+') => {
-                self.at += 1;
+                self.advance(1);
                 return self.expression(SIGN);
             }
             Some('(') => {
-                self.at += 1;
+                self.advance(1);
                 let inner = self.expression(0)?;
                 self.expect(')')?;
                 inner
             }
             Some('{') => {
-                self.at += 1;
+                self.advance(1);
                 let parts = self.list('}')?;
                 let count = parts.len();
                 let parts = parts.try_into().map_err(|_| {
@@ -156,7 +158,7 @@ impl Parser<'_> {
                     ));
                 };
                 let name = self.rest()[1..length].to_owned();
-                self.at += length + 1;
+                self.advance(length + 1);
                 self.push(column, NodeKind::Name(name))
             }
             Some(digit) if digit.is_ascii_digit() || digit == '.' => self.number()?,
@@ -170,7 +172,7 @@ impl Parser<'_> {
     }
 
     fn number(&mut self) -> Result<usize, ExpressionError> {
-        let column = self.column();
+        let column = self.column;
         let bytes = self.rest().as_bytes();
         let digits = |from: usize| bytes[from..].iter().take_while(|byte| byte.is_ascii_digit()).count();
         let mut length = digits(0);
@@ -185,16 +187,16 @@ impl Parser<'_> {
             length += if exponent > 0 { 1 + sign + exponent } else { 0 };
         }
         let number = self.rest()[..length].parse().map_err(|_| self.expected("a number"))?;
-        self.at += length;
+        self.advance(length);
         Ok(self.push(column, NodeKind::Number(number)))
     }
 
     fn name_or_call(&mut self) -> Result<usize, ExpressionError> {
-        let column = self.column();
+        let column = self.column;
         let rest = self.rest();
         let length = rest.find(|letter: char| !letter.is_alphanumeric() && letter != '_').unwrap_or(rest.len());
         let name = rest[..length].to_owned();
-        self.at += length;
+        self.advance(length);
         if self.next() != Some('(') {
             return Ok(self.push(column, NodeKind::Name(name)));
         }
@@ -202,7 +204,7 @@ impl Parser<'_> {
             let problem = format!("no function {name:?}; the functions are {}", Function::names());
             return Err(ExpressionError::invalid(column, problem));
         };
-        self.at += 1;
+        self.advance(1);
         let arguments = self.list(')')?;
         Ok(self.call(column, function, &name, arguments))
     }
@@ -213,7 +215,7 @@ impl Parser<'_> {
         if self.next() != Some(end) {
             parts.push(self.expression(0)?);
             while self.next() == Some(',') {
-                self.at += 1;
+                self.advance(1);
                 parts.push(self.expression(0)?);
             }
         }
@@ -223,15 +225,15 @@ impl Parser<'_> {
 
     /// `[0]`, `[1]` or `[2]` behind a vector.
     fn component(&mut self, vector: usize) -> Result<usize, ExpressionError> {
-        let column = self.column();
-        self.at += 1;
+        let column = self.column;
+        self.advance(1);
         let component = match self.next() {
             Some('0') => 0,
             Some('1') => 1,
             Some('2') => 2,
             _ => return Err(self.expected("0, 1 or 2")),
         };
-        self.at += 1;
+        self.advance(1);
         self.expect(']')?;
         Ok(self.push(column, NodeKind::Component(vector, component)))
     }
@@ -249,7 +251,7 @@ impl Parser<'_> {
         if self.next() != Some(expected) {
             return Err(self.expected(&format!("{expected:?}")));
         }
-        self.at += expected.len_utf8();
+        self.advance(expected.len_utf8());
         Ok(())
     }
 
@@ -258,7 +260,7 @@ impl Parser<'_> {
             Some(found) => format!("found {found:?}, expected {what}"),
             None => format!("expected {what}"),
         };
-        ExpressionError::invalid(self.column(), problem)
+        ExpressionError::invalid(self.column, problem)
     }
 
     /// The next character that is no blank.
@@ -268,14 +270,15 @@ impl Parser<'_> {
     }
 
     fn skip_blanks(&mut self) {
-        self.at = self.text.len() - self.rest().trim_start().len();
+        self.advance(self.rest().len() - self.rest().trim_start().len());
+    }
+
+    fn advance(&mut self, bytes: usize) {
+        self.column += self.rest()[..bytes].chars().count();
+        self.at += bytes;
     }
 
     fn rest(&self) -> &str {
         &self.text[self.at..]
-    }
-
-    fn column(&self) -> usize {
-        self.text[..self.at].chars().count() + 1
     }
 }

@@ -24,8 +24,8 @@ pub(crate) struct Stage {
     pub(crate) constants: Vec<(usize, f64)>,
     /// The slot of the result.
     pub(crate) result: usize,
-    /// Of what slopes are taken.
-    pub(crate) sloped: Vec<Source>,
+    /// Of what slopes are taken, and along which axes.
+    pub(crate) sloped: Vec<(Source, usize)>,
 }
 
 /// Something with a value in each cell of the hierarchy.
@@ -47,8 +47,8 @@ pub(crate) struct Step {
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Action {
     Load(Source),
-    /// A place in [`Stage::sloped`], and an axis.
-    Slope(usize, usize),
+    /// A place in [`Stage::sloped`].
+    Slope(usize),
     Coordinate(usize),
     Level,
     CellSize,
@@ -159,12 +159,9 @@ impl Stage {
             Operation::Constant(_) => unreachable!("constants have slots and no steps"),
             Operation::Field(_) => Action::Load(source(id)),
             Operation::Slope(of, axis) => {
-                let of = source(of);
-                let place = self.sloped.iter().position(|known| *known == of).unwrap_or_else(|| {
-                    self.sloped.push(of);
-                    self.sloped.len() - 1
-                });
-                Action::Slope(place, axis)
+                // The graph holds every slope once.
+                self.sloped.push((source(of), axis));
+                Action::Slope(self.sloped.len() - 1)
             }
             Operation::Coordinate(axis) => Action::Coordinate(axis),
             Operation::Level => Action::Level,

@@ -6,7 +6,7 @@ use crate::Definition;
 use crate::hdf5::Hdf5Group;
 
 /// Real files hold about ten.
-const MOST: usize = 200;
+const MOST: usize = 64;
 
 /// The formulas for numbers and vectors. They only help to name what else could be written out: one that is damaged, or
 /// the whole group, is as if it were not there.
