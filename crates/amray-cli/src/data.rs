@@ -98,7 +98,7 @@ impl DataArguments {
     }
 
     /// Reads the field called `name`, which may be an expression, or the first one. `prepare` is given each field that is
-    /// read, before anything follows from it.
+    /// read, and then what follows from them.
     pub(crate) fn read_field(
         &self,
         data: &dyn DataSet,
@@ -178,15 +178,11 @@ impl VolumeArguments {
     }
 
     fn read(&self, data: &dyn DataSet, name: Option<&str>) -> anyhow::Result<Field> {
-        match self.section.restrict {
-            // What follows from means is no mean: the result is restricted too.
-            true => {
-                let restrict = |field: Field| field.restricted(data.hierarchy());
-                let field = self.data().read_field(data, name, &restrict)?;
-                Ok(with_spinner("restricting", || restrict(field)))
-            }
-            false => self.data().read_field(data, name, &|field| field),
-        }
+        let prepare = |field: Field| match self.section.restrict {
+            true => field.restricted(data.hierarchy()),
+            false => field,
+        };
+        self.data().read_field(data, name, &prepare)
     }
 }
 

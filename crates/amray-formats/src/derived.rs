@@ -9,8 +9,8 @@ use crate::{DataSet, FormatError, find_field};
 
 /// Reads the field called `name` or, where there is none, evaluates `name` as an expression over fields and over what the
 /// data set keeps as [`DataSet::expressions`]. The field that results is called `name`. `prepare` is given each field
-/// that is read, before anything follows from its values. `progress` is told the share that is done, 0 to 1, possibly
-/// from several threads.
+/// that is read, before anything follows from its values, and then what follows. `progress` is told the share that is
+/// done, 0 to 1, possibly from several threads.
 ///
 /// # Errors
 /// [`FormatError::UnknownField`] and [`FormatError::Expression`] list the fields there are and suggest the nearest; others
@@ -34,7 +34,7 @@ pub fn read_named(
         fields.push(prepare(field));
     }
     let done = fields.len() as f64;
-    Ok(program.evaluate(name, data.hierarchy(), &fields, &|share| progress((done + share) / steps)))
+    Ok(prepare(program.evaluate(name, data.hierarchy(), &fields, &|share| progress((done + share) / steps))))
 }
 
 /// The fields that follow from a data set's own by [`DataSet::expressions`], in their order: those that can be evaluated,

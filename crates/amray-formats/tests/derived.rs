@@ -112,9 +112,12 @@ fn each_input_is_prepared_and_progress_goes_up() {
     let restrict = |field: Field| field.restricted(data.hierarchy());
     read_named(path, &**data, "gradient_magnitude(pressure)", &restrict, &progress).unwrap();
     assert_eq!(f64::from_bits(told.into_inner()), 1.0);
-    let zero = |field: Field| Field::from_fn(field.name(), data.hierarchy(), |_, _| 0.0f64);
-    let found = read_named(path, &**data, "density + 1", &zero, &|_| {}).unwrap();
-    assert_eq!(found.value(0, [0; 3]), 1.0);
+    let doubled = |field: Field| {
+        let value = field.value(0, [0; 3]);
+        Field::from_fn(field.name(), data.hierarchy(), |_, _| 2.0 * value)
+    };
+    let found = read_named(path, &**data, "density + 1", &doubled, &|_| {}).unwrap();
+    assert_eq!(found.value(0, [0; 3]), 2.0 * (2.0 * opened.field("density").value(0, [0; 3]) + 1.0));
 }
 
 #[test]
