@@ -9,7 +9,7 @@ use amray::Volume;
 use amray::hierarchy::Field;
 use amray::index::Index;
 use amray::reconstruction::Method;
-use amray_formats::{DataSet, OpenOptions, find_field, open};
+use amray_formats::{DataSet, OpenOptions, open, read_named};
 use clap::Args;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -48,7 +48,7 @@ pub(crate) struct DataSection {
     #[arg(skip)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) path: Option<PathBuf>,
-    /// The field to show [default: the first]
+    /// The field to show, or an expression over fields [default: the first]
     #[arg(long, value_name = "NAME")]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) field: Option<String>,
@@ -106,13 +106,17 @@ impl DataArguments {
         Ok(open(&self.path, &OpenOptions { max_level: self.max_level, memory: Some(self.memory.most()) })?)
     }
 
-    /// The place of the field called `name`, or of the first one.
-    pub(crate) fn field_number(&self, data: &dyn DataSet, name: Option<&str>) -> anyhow::Result<usize> {
-        match name {
-            Some(name) => Ok(find_field(&self.path, data.fields(), name)?),
-            None if data.fields().is_empty() => Err(self.error("there is no field")),
-            None => Ok(0),
-        }
+    /// Reads the field called `name`, which may be an expression, or the first one. `prepare` is given each field that is
+    /// read, and then what follows from them.
+    pub(crate) fn read_field(
+        &self,
+        data: &dyn DataSet,
+        name: Option<&str>,
+        prepare: &dyn Fn(Field) -> Field,
+    ) -> anyhow::Result<Field> {
+        let first = data.fields().first().map(|field| field.name.as_str());
+        let name = name.or(first).ok_or_else(|| self.error("there is no field"))?;
+        Ok(with_progress("reading", |progress| read_named(&self.path, data, name, prepare, progress))?)
     }
 
     /// An error that says which data it is about.
@@ -224,12 +228,11 @@ impl VolumeArguments {
     }
 
     fn read(&self, data: &dyn DataSet, name: Option<&str>) -> anyhow::Result<Field> {
-        let number = self.data().field_number(data, name)?;
-        let field = with_progress("reading", |progress| data.read_field(number, progress))?;
-        Ok(match self.section.restrict {
-            true => with_spinner("restricting", || field.restricted(data.hierarchy())),
+        let prepare = |field: Field| match self.section.restrict {
+            true => field.restricted(data.hierarchy()),
             false => field,
-        })
+        };
+        self.data().read_field(data, name, &prepare)
     }
 }
 

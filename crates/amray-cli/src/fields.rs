@@ -36,7 +36,7 @@ pub(crate) struct FieldArguments {
 #[derive(Clone, Debug, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct OtherField {
-    /// The field's name.
+    /// The field's name, or an expression over fields.
     field: String,
     /// How it looks.
     #[serde(default)]

@@ -6,11 +6,11 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use amray::Volume;
-use amray::hierarchy::{Centering, Hierarchy, Residence};
+use amray::hierarchy::{Centering, Field, Hierarchy, Residence};
 use amray::index::Index;
 use amray::reconstruction::Method;
 use amray::render::padded_bytes;
-use amray_formats::{DataSet, find_field};
+use amray_formats::{DataSet, derived_fields};
 use clap::Args;
 use serde::Serialize;
 use serde_json::json;
@@ -31,7 +31,7 @@ pub(crate) struct Arguments {
     max_level: Option<usize>,
     #[command(flatten)]
     memory: MemoryArguments,
-    /// Only this field's range [default: every field's]
+    /// Only the range of this field, or of an expression over fields [default: of every field in the files]
     #[arg(long, value_name = "NAME")]
     field: Option<String>,
     /// Print one JSON object
@@ -47,6 +47,8 @@ struct Description {
     bounds: [[f64; 3]; 2],
     levels: Vec<LevelDescription>,
     fields: Vec<FieldDescription>,
+    /// Fields that follow from those by expressions in the files.
+    derived: Vec<DerivedDescription>,
     /// What the padded copy of one field takes, which marching is fastest in.
     padded_bytes: u64,
     warnings: Vec<String>,
@@ -76,6 +78,12 @@ struct FieldDescription {
     /// How many of them are in memory, rather than in a mapped file.
     #[serde(skip)]
     owned_bytes: u64,
+}
+
+#[derive(Serialize)]
+struct DerivedDescription {
+    name: String,
+    formula: String,
 }
 
 /// What the index takes; only the text says it.
@@ -171,35 +179,36 @@ fn describe(
         cells: level.cells(),
         leaf_cells: leaf_cells[number],
     });
-    let numbers: Vec<usize> = match &arguments.field {
-        Some(name) => vec![find_field(&source.path, data.fields(), name)?],
-        None => (0..data.fields().len()).collect(),
+    let fields = match &arguments.field {
+        Some(name) => vec![describe_field(index, source.read_field(data, Some(name), &|field| field)?)],
+        None => (0..data.fields().len())
+            .map(|number| {
+                let name = &data.fields()[number].name;
+                let field = with_progress(name, |progress| data.read_field(number, progress))?;
+                Ok(describe_field(index, field))
+            })
+            .collect::<anyhow::Result<_>>()?,
     };
-    let fields = numbers.into_iter().map(|number| describe_field(data, index, number)).collect::<Result<_, _>>()?;
+    let derived = derived_fields(data).into_iter();
+    let derived = derived.map(|derived| DerivedDescription { name: derived.name, formula: derived.formula }).collect();
     Ok(Description {
         format: data.format(),
         time: data.time(),
         bounds: hierarchy.bounds(),
         levels: levels.collect(),
         fields,
+        derived,
         padded_bytes: padded_bytes(hierarchy, Centering::Cells),
         warnings: data::warnings(data),
     })
 }
 
-fn describe_field(data: &dyn DataSet, index: &Arc<Index>, number: usize) -> anyhow::Result<FieldDescription> {
-    let name = data.fields()[number].name.clone();
-    let field = with_progress(&name, |progress| data.read_field(number, progress))?;
-    let bytes = data.hierarchy().cells() * data.fields()[number].voxel_type.bytes() as u64;
+fn describe_field(index: &Arc<Index>, field: Field) -> FieldDescription {
+    let name = field.name().to_owned();
+    let bytes = index.hierarchy().cells() * field.voxel_type().bytes() as u64;
     let owned_bytes = field.bytes(Residence::Owned);
     let range = with_spinner(&name, || Volume::new(index.clone(), field, Method::Nearest).leaf_range());
-    Ok(FieldDescription {
-        name,
-        min: range.map(|range| range[0]),
-        max: range.map(|range| range[1]),
-        bytes,
-        owned_bytes,
-    })
+    FieldDescription { name, min: range.map(|range| range[0]), max: range.map(|range| range[1]), bytes, owned_bytes }
 }
 
 fn text(description: &Description, index: &IndexDescription) -> String {
@@ -209,7 +218,8 @@ fn text(description: &Description, index: &IndexDescription) -> String {
 }
 
 fn write_text(out: &mut String, description: &Description, index: &IndexDescription) -> std::fmt::Result {
-    let Description { format, time, bounds: [low, high], levels, fields, padded_bytes, warnings } = description;
+    let Description { format, time, bounds: [low, high], levels, fields, derived, padded_bytes, warnings } =
+        description;
     write!(out, "{format}")?;
     if let Some(time) = time {
         write!(out, ", time {time}")?;
@@ -245,6 +255,13 @@ fn write_text(out: &mut String, description: &Description, index: &IndexDescript
             value(field.max),
             bytes(field.bytes)
         )?;
+    }
+    if !derived.is_empty() {
+        let width = derived.iter().map(|field| field.name.chars().count()).max().unwrap_or(0).max(7);
+        writeln!(out, "\n{:width$}  formula", "derived")?;
+        for DerivedDescription { name, formula } in derived {
+            writeln!(out, "{name:width$}  {formula}")?;
+        }
     }
     let IndexDescription { regions, bytes: index_bytes, seconds } = index;
     writeln!(out, "\nindex: {} regions, {}, built in {seconds:.4} s", grouped(*regions as u64), bytes(*index_bytes))?;

@@ -261,13 +261,16 @@ fn mesh(text: &str) -> Result<MeshFile, String> {
     Ok(MeshFile { path: path.into(), color: named_color(color)?, opacity: share(opacity)? })
 }
 
-/// A number for a grey, `r,g,b`, or the name of a field.
+/// A number for a grey, `r,g,b`, or the name of a field or an expression.
 fn named_color(text: Option<&str>) -> Result<Color, String> {
     let Some(text) = text.filter(|text| !text.is_empty()) else { return Ok(Color::Own) };
     match (f32::from_str(text), number::list::<3>(text)) {
         (Ok(grey), _) => Ok(Color::Plain([grey; 3])),
         (_, Ok(color)) => Ok(Color::Plain(color.map(|channel| channel as f32))),
-        _ if text.contains(',') => Err(format!("{text:?} is no colour: expected a number or r,g,b")),
+        // In an expression, commas stand in calls or vectors.
+        _ if text.contains(',') && !text.contains(['(', '{', '<']) => {
+            Err(format!("{text:?} is no colour: expected a number or r,g,b"))
+        }
         _ => Ok(Color::OfField(text.into())),
     }
 }
@@ -324,6 +327,7 @@ mod tests {
         assert_eq!(isosurface("0:1,0.5,0:0.25"), expected(0.0, Color::Plain([1.0, 0.5, 0.0]), 0.25));
         assert_eq!(isosurface("0::0.25"), expected(0.0, Color::Own, 0.25));
         assert_eq!(isosurface("7:pressure:1"), expected(7.0, Color::OfField("pressure".into()), 1.0));
+        assert_eq!(isosurface("7:max(x,y)"), expected(7.0, Color::OfField("max(x,y)".into()), 1.0));
         let file = |path: &str, color, opacity| Ok(MeshFile { path: path.into(), color, opacity });
         assert_eq!(mesh("a/b.stl"), file("a/b.stl", Color::Own, 1.0));
         assert_eq!(mesh("b.ply:pressure:0.5"), file("b.ply", Color::OfField("pressure".into()), 0.5));

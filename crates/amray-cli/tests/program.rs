@@ -48,7 +48,7 @@ fn info_describes() {
     let path = demo().to_str().unwrap();
     let object = json(&prints(directory.path(), &["info", path, "--json"]));
     let keys: Vec<_> = object.as_object().unwrap().keys().cloned().collect();
-    assert_eq!(keys, ["bounds", "fields", "format", "levels", "padded_bytes", "time", "warnings"]);
+    assert_eq!(keys, ["bounds", "derived", "fields", "format", "levels", "padded_bytes", "time", "warnings"]);
     assert_eq!(object["format"], "Chombo HDF5");
     assert_eq!(object["levels"][0]["ratio"], json("[1, 1, 1]"));
     assert_eq!(object["levels"][1]["ratio"], json("[2, 2, 2]"));

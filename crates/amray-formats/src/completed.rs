@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use amray::hierarchy::{Field, Hierarchy, Rebricking};
 
-use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
+use crate::{DataSet, Definition, FieldInfo, FormatError, OpenOptions};
 
 /// Blocks are joined where they hold fewer cells than this on average: larger ones cost little, and can stay in a
 /// mapped file.
@@ -66,6 +66,10 @@ impl DataSet for Completed {
         let leaves = self.leaves.read_field(field, progress)?;
         let completed = self.steps.iter().fold(leaves, |field, step| step.apply(&field));
         Ok(completed.truncated(&self.hierarchy))
+    }
+
+    fn expressions(&self) -> &[Definition] {
+        self.leaves.expressions()
     }
 
     fn warnings(&self) -> &[String] {

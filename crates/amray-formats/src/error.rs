@@ -4,6 +4,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use amray::hierarchy::{FieldError, HierarchyError};
+use amray_expressions::{ExpressionError, quoted};
 use thiserror::Error;
 
 /// A data set that cannot be opened, read or written.
@@ -58,7 +59,7 @@ pub enum FormatError {
     /// A field that the data set does not have.
     #[error(
         "{path}: no field {name:?}{}; the fields are {}",
-        suggestion.as_ref().map(|name| format!(", did you mean {name:?}?")).unwrap_or_default(),
+        suggested(suggestion),
         known.join(", "),
         path = path.display()
     )]
@@ -68,6 +69,25 @@ pub enum FormatError {
         /// The name asked for.
         name: String,
         /// The nearest existing name, where one is near.
+        suggestion: Option<String>,
+        /// The names of all fields.
+        known: Vec<String>,
+    },
+    /// An expression that cannot be read, or that means nothing over the fields there are.
+    #[error(
+        "{path}: expression {expression}: {source}{}; the fields are {}",
+        suggested(suggestion),
+        known.join(", "),
+        path = path.display()
+    )]
+    Expression {
+        /// The file or directory.
+        path: PathBuf,
+        /// The expression in quotes, shortened.
+        expression: String,
+        /// What is wrong with it.
+        source: ExpressionError,
+        /// The existing name that is nearest to an unknown one, where one is near.
         suggestion: Option<String>,
         /// The names of all fields.
         known: Vec<String>,
@@ -96,21 +116,40 @@ impl FormatError {
         Self::Malformed { path: path.into(), place: place.into(), problem: problem.into() }
     }
 
+    /// A [`FormatError::Expression`]; where a name in it is not known, it suggests the nearest of `known`.
+    pub(crate) fn expression(path: &Path, text: &str, source: ExpressionError, known: Vec<String>) -> Self {
+        let suggestion = match &source {
+            // Perhaps the whole is one name that was mistyped: `x-momentun`.
+            ExpressionError::UnknownName { name, .. } => {
+                nearest(text, &known, VERY_ALIKE).or_else(|| nearest(name, &known, ALIKE))
+            }
+            _ => None,
+        };
+        Self::Expression { path: path.into(), expression: quoted(text), source, suggestion, known }
+    }
+
     /// A [`FormatError::UnknownField`] that suggests the nearest of `known`.
     pub fn unknown_field(path: &Path, name: &str, known: Vec<String>) -> Self {
-        let suggestion = nearest(name, &known);
+        let suggestion = nearest(name, &known, ALIKE);
         Self::UnknownField { path: path.into(), name: name.into(), suggestion, known }
     }
 }
 
-/// The candidate most like `name`, where one is like it at all.
-fn nearest(name: &str, candidates: &[String]) -> Option<String> {
-    const ALIKE: f64 = 0.7;
+fn suggested(suggestion: &Option<String>) -> String {
+    suggestion.as_ref().map(|name| format!(", did you mean {name:?}?")).unwrap_or_default()
+}
+
+/// How like a name another one must be to be meant instead, from 0 to 1.
+const ALIKE: f64 = 0.7;
+const VERY_ALIKE: f64 = 0.9;
+
+/// The candidate most like `name`, where one is at least so like it.
+fn nearest(name: &str, candidates: &[String], alike: f64) -> Option<String> {
     let lower = name.to_lowercase();
     candidates
         .iter()
         .map(|candidate| (strsim::jaro_winkler(&lower, &candidate.to_lowercase()), candidate))
-        .filter(|(likeness, _)| *likeness > ALIKE)
+        .filter(|(likeness, _)| *likeness > alike)
         .max_by(|(a, _), (b, _)| a.total_cmp(b))
         .map(|(_, candidate)| candidate.clone())
 }

@@ -6,6 +6,7 @@ mod amrex;
 mod chombo;
 mod completed;
 pub mod demo;
+mod derived;
 mod error;
 mod hdf5;
 mod mapped_file;
@@ -20,8 +21,10 @@ use std::sync::Arc;
 
 use amray::hierarchy::{Field, Hierarchy, VoxelType};
 
+pub use amray_expressions::Definition;
 pub use amrex::AmrexPlotfile;
 pub use chombo::{ChomboFile, ChomboWriter};
+pub use derived::{derived_fields, read_named};
 pub use error::FormatError;
 pub use open::open;
 
@@ -54,6 +57,12 @@ pub trait DataSet: Send + Sync {
     /// left alone by the reader: coarse levels follow from the finer ones, and [`open`] adds them.
     fn leaf_only(&self) -> bool {
         false
+    }
+
+    /// Expressions that the data set keeps under names of their own; they may mean nothing over its fields:
+    /// [`derived_fields`] are those that do.
+    fn expressions(&self) -> &[Definition] {
+        &[]
     }
 
     /// What is unusual about the data set but does not keep it from being rendered, a line each; what is unusual about

@@ -49,8 +49,7 @@ impl Truncated {
     fn open(arguments: &Arguments, views: &Views, max_level: Option<usize>) -> anyhow::Result<Self> {
         let source = arguments.data(max_level);
         let data = source.open()?;
-        let number = source.field_number(&*data, arguments.field.as_deref().or(views.field()))?;
-        let field = with_progress("reading", |progress| data.read_field(number, progress))?;
+        let field = source.read_field(&*data, arguments.field.as_deref().or(views.field()), &|field| field)?;
         let start = Instant::now();
         let index = with_spinner("indexing", || Arc::new(Index::build(data.hierarchy().clone())));
         Ok(Self { data, index, index_seconds: start.elapsed().as_secs_f64(), field })

@@ -3,6 +3,7 @@
 //! The format is that of `WriteAMRHierarchyHDF5` in Chombo's `AMRIO.cpp` and of the level data in `CH_HDF5.cpp`: root
 //! attributes, and a group `level_N` per level with its `boxes` and one flat array of values.
 
+mod expressions;
 mod geometry;
 mod values;
 mod writer;
@@ -15,7 +16,7 @@ use amray::hierarchy::{BrickValues, Centering, Field, FieldValues, Hierarchy, In
 
 use crate::hdf5::{H5Type, Hdf5, Hdf5Group};
 use crate::store::Store;
-use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
+use crate::{DataSet, Definition, FieldInfo, FormatError, OpenOptions};
 use values::LevelValues;
 pub use writer::ChomboWriter;
 
@@ -30,6 +31,7 @@ pub struct ChomboFile {
     hierarchy: Arc<Hierarchy>,
     centering: Centering,
     fields: Vec<FieldInfo>,
+    expressions: Vec<Definition>,
     levels: Vec<LevelValues>,
     warnings: Vec<String>,
     options: OpenOptions,
@@ -98,7 +100,9 @@ impl ChomboFile {
         // By now every component of every brick is known to have its place in the file: the count can be believed.
         let fields = field_names(&root, components, &mut warnings);
         let fields = fields.into_iter().map(|name| FieldInfo { name, voxel_type }).collect();
-        Ok(Self { hdf5, time, hierarchy: Arc::new(hierarchy), centering, fields, levels, warnings, options: *options })
+        let (hierarchy, expressions) = (Arc::new(hierarchy), expressions::read(&root));
+        let options = *options;
+        Ok(Self { hdf5, time, hierarchy, centering, fields, expressions, levels, warnings, options })
     }
 
     fn read_values<T: Voxel + H5Type>(
@@ -147,6 +151,10 @@ impl DataSet for ChomboFile {
         };
         let wrong = |source| FormatError::Field { path: self.hdf5.path().into(), source };
         Field::centered(name, self.centering, values, &self.hierarchy).map_err(wrong)
+    }
+
+    fn expressions(&self) -> &[Definition] {
+        &self.expressions
     }
 
     fn warnings(&self) -> &[String] {

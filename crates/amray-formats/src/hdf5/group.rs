@@ -70,6 +70,11 @@ impl Hdf5Group {
         }
     }
 
+    /// The names of the attributes.
+    pub(crate) fn attribute_names(&self) -> impl Iterator<Item = &str> {
+        self.attributes.iter().map(|attribute| attribute.name.as_str())
+    }
+
     /// Whether there is an attribute `name`.
     pub(crate) fn has_attribute(&self, name: &str) -> bool {
         self.attribute(name).is_some()

@@ -13,7 +13,7 @@ use amray::Volume;
 use amray::hierarchy::Field;
 use amray::index::Index;
 use amray::reconstruction::Method;
-use amray_formats::{ChomboFile, DataSet, FormatError, OpenOptions};
+use amray_formats::{ChomboFile, DataSet, FormatError, OpenOptions, derived_fields, read_named};
 
 fn open(path: &Path) -> ChomboFile {
     ChomboFile::open(path, &OpenOptions::default()).unwrap_or_else(|error| panic!("{error}"))
@@ -33,8 +33,11 @@ fn sample_all(data: &ChomboFile) -> Result<(), FormatError> {
     // Damage can make a mesh that is sound, but takes its time.
     let few = data.hierarchy().cells() < 1_000_000;
     let index = few.then(|| Arc::new(Index::build(data.hierarchy().clone())));
-    for field in 0..data.fields().len() {
-        let values = data.read_field(field, &|_| {})?;
+    let stored = (0..data.fields().len()).map(|field| data.read_field(field, &|_| {}));
+    let derived = derived_fields(data).into_iter();
+    let derived = derived.map(|derived| read_named(Path::new(""), data, &derived.name, &|field| field, &|_| {}));
+    for values in stored.chain(derived) {
+        let values = values?;
         if let Some(index) = &index {
             let [low, high] = data.hierarchy().bounds();
             let middle = std::array::from_fn(|axis| low[axis] + (high[axis] - low[axis]) / 2.0);

@@ -6,7 +6,7 @@ use amray::Volume;
 use amray::hierarchy::Centering;
 use amray::index::Index;
 use amray::reconstruction::Method;
-use amray_formats::{ChomboFile, DataSet, OpenOptions};
+use amray_formats::{ChomboFile, DataSet, OpenOptions, derived_fields};
 
 use crate::sample::{Attribute, Sample, Set, value};
 use crate::{failure, message, open};
@@ -105,6 +105,40 @@ fn names_are_made_up_where_there_are_none() {
     assert_eq!(data.warnings(), ["the name of component 1 is unreadable: it is called component_1"]);
     let data = opened(|sample| sample.attribute("component_1", Attribute::Text("density")));
     assert_eq!(data.warnings(), ["several components are called density: the name stands for the first"]);
+}
+
+#[test]
+fn formulas_are_derived_fields() {
+    let formulas = |change: &dyn Fn(&mut Sample)| -> Vec<String> {
+        derived_fields(&opened(change)).iter().map(|field| format!("{}: {}", field.name, field.formula)).collect()
+    };
+    // Its gamma is not known.
+    assert_eq!(formulas(&|_| {}), [""; 0]);
+    let found = formulas(&|sample| {
+        for (name, formula) in [
+            ("scalar gamma", "1.4"),
+            ("vector both", "{density, <x-momentum>, gamma} * density"),
+            ("scalar density", "2 * <x-momentum>"),
+            ("scalar circle", "circle + 1"),
+            ("scalar foreign", "time_derivative(density)"),
+            ("scalar two\nlines", "density"),
+            ("scalar ", "density"),
+            ("tensor stress", "density"),
+            ("unkind", "density"),
+        ] {
+            sample.attribute(&format!("Expressions/{name}"), Attribute::Text(formula));
+        }
+        sample.attribute("Expressions/scalar number", Attribute::Real(1.0));
+    });
+    let both = "({density, <x-momentum>, gamma} * density)";
+    let components =
+        ["x", "y", "z"].into_iter().enumerate().map(|(number, axis)| format!("both_{axis}: {both}[{number}]"));
+    let expected: Vec<String> = ["pressure: (gamma-1)*<x-momentum>".into()].into_iter().chain(components).collect();
+    let sorted = |mut formulas: Vec<String>| {
+        formulas.sort_unstable();
+        formulas
+    };
+    assert_eq!(sorted(found), sorted(expected));
 }
 
 #[test]
