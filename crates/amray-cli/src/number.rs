@@ -31,6 +31,21 @@ pub(crate) fn angle(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A number of bytes: `512M`, `4G`, or plain; K, M, G and T are powers of 1000.
+pub(crate) fn byte_count(text: &str) -> Result<u64, String> {
+    let wrong = || "expected a number of bytes such as 512M or 4G".to_owned();
+    let digits = text.trim_end_matches(['K', 'M', 'G', 'T']);
+    let unit = match &text[digits.len()..] {
+        "" => 1.0,
+        "K" => 1e3,
+        "M" => 1e6,
+        "G" => 1e9,
+        "T" => 1e12,
+        _ => return Err(wrong()),
+    };
+    Ok((positive(digits).map_err(|_| wrong())? * unit) as u64)
+}
+
 /// How many samples a cell width takes.
 pub(crate) fn samples_per_cell(text: &str) -> Result<f64, String> {
     match finite(text)? {
@@ -142,6 +157,8 @@ mod tests {
 
     #[test]
     fn counts_and_bytes() {
+        assert_eq!(["512M", "1.5G", "7"].map(byte_count), [Ok(512_000_000), Ok(1_500_000_000), Ok(7)]);
+        assert!(["", "G", "-1M", "1MM", "1m"].iter().all(|text| byte_count(text).is_err()));
         assert_eq!(grouped(12_345_678), "12 345 678");
         assert_eq!(grouped(7), "7");
         assert_eq!(
