@@ -10,8 +10,6 @@ mod nrrd;
 mod number;
 mod raw;
 mod samples;
-#[cfg(test)]
-mod tests;
 mod transposed;
 
 use std::fs::File;

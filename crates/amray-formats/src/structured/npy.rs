@@ -25,18 +25,17 @@ pub(super) fn open(path: &Path) -> Result<StructuredVolume, FormatError> {
     file.take(longest as u64).read_to_end(&mut start).map_err(FormatError::io(path, "read"))?;
     let (text, offset) = header(&start).map_err(|problem| broken(&problem))?;
 
-    let missing = |key: &str| broken(&format!("no {key} in {text:?}"));
-    let descriptor = value(&text, "descr").ok_or_else(|| missing("descr"))?;
-    let shape = value(&text, "shape").ok_or_else(|| missing("shape"))?;
-    let (number, order) = number_type(descriptor)
-        .ok_or_else(|| broken(&format!("type {}, expected one of integers or floats", start_of(descriptor))))?;
+    let wrong = |expected: &str| broken(&format!("{}, expected {expected}", text.trim_end()));
+    let (number, order) = value(&text, "descr")
+        .and_then(number_type)
+        .ok_or_else(|| wrong("a descr that is one of integers or floats"))?;
     let fastest = match value(&text, "fortran_order") {
         Some(order) if order.starts_with("False") => Fastest::X,
         Some(order) if order.starts_with("True") => Fastest::Z,
-        _ => return Err(missing("fortran_order")),
+        _ => return Err(wrong("a fortran_order that is True or False")),
     };
-    let [depth, height, width] = three_counts(shape)
-        .ok_or_else(|| broken(&format!("shape {}, expected three axes (z, y, x)", start_of(shape))))?;
+    let [depth, height, width] =
+        value(&text, "shape").and_then(three_counts).ok_or_else(|| wrong("a shape of three axes (z, y, x)"))?;
 
     let size = checked_size(path, "NumPy header", [width, height, depth])?;
     let samples =
@@ -58,7 +57,9 @@ fn header(start: &[u8]) -> Result<(String, u64), String> {
         return Err(format!("{length} bytes long, expected at most {LONGEST_HEADER}"));
     }
     let text = start.get(first..first + length).ok_or("the file ends in it")?;
-    Ok((String::from_utf8_lossy(text).into_owned(), (first + length) as u64))
+    // Messages show it, in one line.
+    let text = String::from_utf8_lossy(text).replace(char::is_control, " ");
+    Ok((text, (first + length) as u64))
 }
 
 /// What follows a key of the dictionary that a header is.
@@ -67,11 +68,6 @@ fn value<'a>(header: &'a str, key: &str) -> Option<&'a str> {
         let (_, rest) = header.split_once(&format!("{quote}{key}{quote}"))?;
         Some(rest.trim_start().strip_prefix(':')?.trim_start())
     })
-}
-
-/// The beginning of a header's value, for messages.
-fn start_of(value: &str) -> String {
-    value.chars().take_while(|&c| c != '}' && !c.is_control()).take(40).collect()
 }
 
 /// A type such as `'<f4'`: byte order, kind, bytes.

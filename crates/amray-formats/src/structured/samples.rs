@@ -113,6 +113,8 @@ impl Samples {
 pub struct SliceReader<'a> {
     samples: &'a Samples,
     input: Input,
+    /// Slices that have not been read.
+    left: usize,
 }
 
 enum Input {
@@ -129,19 +131,27 @@ impl<'a> SliceReader<'a> {
             (Fastest::X, Encoding::Text) => Input::Text(BufReader::new(samples.open()?)),
             (Fastest::X, _) => Input::Numbers(samples.open()?),
         };
-        Ok(Self { samples, input })
+        Ok(Self { samples, input, left: samples.size[2] })
     }
 
     /// Puts the values of the next `count` slices into `values`, x fastest, instead of what is there.
     ///
     /// # Errors
-    /// [`FormatError`] where the file ends too early, is damaged or cannot be read.
+    /// [`FormatError`] where the file ends too early, is damaged or cannot be read. What is compressed proves to be whole
+    /// with the last slice.
+    ///
+    /// # Panics
+    /// Where there are not as many slices left.
     pub fn read<T: Voxel>(&mut self, count: usize, values: &mut Vec<T>) -> Result<(), FormatError> {
         let samples = self.samples;
+        self.left = self.left.checked_sub(count).expect("no more slices are read than there are");
         values.clear();
         values.reserve_exact(count * samples.slice());
         match &mut self.input {
-            Input::Numbers(file) => read_numbers(file, samples, count, values),
+            Input::Numbers(file) => {
+                let numbers = read_numbers(file, samples, count, values);
+                if self.left == 0 { numbers.and_then(|()| file.read(&mut [0]).map(drop)) } else { numbers }
+            }
             Input::Text(file) => read_text(file, count * samples.slice(), values),
             Input::Transposed(transposed) => transposed.read(samples, count, values),
         }

@@ -19,8 +19,6 @@ mod memory;
 mod output;
 mod pyramid;
 mod shape;
-#[cfg(test)]
-mod tests;
 
 use std::path::Path;
 
@@ -28,6 +26,7 @@ use amray::hierarchy::{Hierarchy, Voxel, VoxelType};
 use thiserror::Error;
 
 use super::StructuredVolume;
+use crate::output::check_writable;
 use crate::{AmrFormat, FormatError};
 use pyramid::Pyramid;
 use shape::LevelShape;
@@ -131,6 +130,7 @@ impl Refinement {
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Refined, RefinementError> {
         let format = AmrFormat::of(path)?;
+        check_writable(path)?;
         let plan = self.plan(volume, path)?;
         let pyramid = Pyramid::build::<T>(volume, &plan, &|share| progress(share / 2.0))?;
         let bricks = plan.levels.iter().zip(&pyramid.kept);
