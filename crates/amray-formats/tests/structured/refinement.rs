@@ -190,7 +190,7 @@ fn finest(hierarchy: &Arc<Hierarchy>, field: &Field, points: &[[f64; 3]], normal
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig::with_cases(64))]
 
     #[test]
     fn kept_bricks_and_their_values_are_the_definition(case in case()) {
