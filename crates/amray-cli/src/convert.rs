@@ -199,9 +199,10 @@ fn convert_data(arguments: &Arguments) -> anyhow::Result<Report> {
         Ok(error) => error.into(),
         Err(error) => error,
     })?;
-    let VolumeFlags { brick, threshold, levels, spacing, origin, .. } = volume;
-    if brick.is_some() || threshold.is_some() || levels.is_some() || spacing.is_some() || origin.is_some() {
-        let flags = "--brick, --threshold, --levels, --spacing and --origin are for structured volumes";
+    let VolumeFlags { brick, threshold, levels, memory, spacing, origin, .. } = volume;
+    let placed = spacing.is_some() || origin.is_some();
+    if brick.is_some() || threshold.is_some() || levels.is_some() || memory.is_some() || placed {
+        let flags = "--brick, --threshold, --levels, --memory, --spacing and --origin are for structured volumes";
         return Err(data_arguments.error(format!("{flags}, these are AMR data")));
     }
     for warning in warnings(&*data) {

@@ -19,7 +19,7 @@ pub(super) fn open(path: &Path) -> Result<StructuredVolume, FormatError> {
         let found = header.get(&["dimension"]).unwrap_or("missing");
         return Err(header.malformed("dimension", format!("{found:?}, expected 3")));
     }
-    let size = checked_size(path, "sizes", header.required("sizes", |text| triple(text))?)?;
+    let size = checked_size(path, "sizes", header.required("sizes", triple)?)?;
     let number = header.required("type", number_type)?;
     let encoding = header.required("encoding", |text| match text.to_lowercase().as_str() {
         "raw" => Some(Encoding::Raw),
@@ -145,7 +145,7 @@ impl Header {
             }
             return Ok((spacing, origin));
         }
-        Ok((self.optional(&["spacings"], |text| triple(text))?.unwrap_or([1.0; 3]), origin))
+        Ok((self.optional(&["spacings"], triple)?.unwrap_or([1.0; 3]), origin))
     }
 }
 

@@ -15,7 +15,10 @@ use super::{raw_volume, refinement, write};
 /// Bricks per level of what a volume becomes.
 fn bricks(size: [usize; 3], values: &[f64], refinement: Refinement) -> (Vec<usize>, Refined) {
     let (directory, volume) = raw_volume(size, values, VoxelType::F32);
-    let refined = write(refinement, &volume, &directory.path().join("a.hdf5")).unwrap();
+    let path = directory.path().join("a.hdf5");
+    let refined = write(refinement, &volume, &path).unwrap();
+    let read = open(&path, &OpenOptions::default()).unwrap();
+    assert_eq!(read.hierarchy().brick_count(), refined.hierarchy.brick_count());
     (refined.hierarchy.levels().iter().map(|level| level.bricks().len()).collect(), refined)
 }
 
@@ -23,7 +26,7 @@ fn bricks(size: [usize; 3], values: &[f64], refinement: Refinement) -> (Vec<usiz
 fn a_constant_volume_keeps_one_coarse_brick() {
     for value in [0.1, f64::NAN] {
         let (found, refined) = bricks([64, 32, 64], &[value; 64 * 32 * 64], refinement(16, 0.0, None));
-        assert_eq!(found, [1, 0, 0]);
+        assert_eq!(found, [1]);
         assert_eq!((refined.hierarchy.cells(), refined.max_error, refined.mean_error), (16 * 8 * 16, 0.0, 0.0));
     }
 }
@@ -36,10 +39,12 @@ fn one_sample_keeps_a_brick_of_every_level() {
     assert_eq!(found, [1, 1, 1, 1]);
     // On level 1, the cell around it is 1 + 1/512; 1 - 1/8 from it on level 3.
     let (found, refined) = bricks([64; 3], &values, refinement(8, 0.9, None));
-    assert_eq!(found, [1, 1, 1, 0]);
+    // The finest level's first brick tells its grid.
+    assert_eq!(found, [1, 2, 2, 1]);
+    assert_eq!(refined.hierarchy.levels()[3].bricks()[0], IndexBox::new([0; 3], [8; 3]));
     assert_eq!((refined.max_error, refined.mean_error), (0.875, (0.875 + 7.0 * 0.125) / 64f64.powi(3)));
-    let (found, _) = bricks([64; 3], &values, refinement(8, 1.0, None));
-    assert_eq!(found, [1, 0, 0, 0]);
+    let (found, refined) = bricks([64; 3], &values, refinement(8, 1.0, None));
+    assert_eq!((found, refined.max_error), (vec![1, 1, 1, 1], 1.0 - 1.0 / 512.0));
 }
 
 #[test]

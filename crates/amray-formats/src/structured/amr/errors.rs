@@ -22,6 +22,12 @@ pub(super) struct Window<T> {
     values: Vec<T>,
 }
 
+/// A row of coarser cells, each of two to the `shift` samples.
+struct Row<'a, T> {
+    values: &'a [T],
+    shift: u32,
+}
+
 impl<T: Voxel> Window<T> {
     /// Those of `level` around `slab`, which is of the finest level.
     pub(super) fn read(
@@ -35,6 +41,12 @@ impl<T: Voxel> Window<T> {
         let mut values = Vec::new();
         file.read(first..end.div_ceil(level.samples[2]), &mut values)?;
         Ok(Self { first, values })
+    }
+
+    /// The cells of `level`, whose window this is, around the row of samples at y and z.
+    fn row(&self, level: &LevelShape, y: usize, z: usize) -> Row<'_, T> {
+        let first = level.cells[0] * (y / level.samples[1] + level.cells[1] * (z / level.samples[2] - self.first));
+        Row { values: &self.values[first..][..level.cells[0]], shift: level.samples[0].ilog2() }
     }
 }
 
@@ -79,29 +91,32 @@ impl Errors {
     ) -> Self {
         let mut errors = Self::default();
         let [columns, rows] = [0, 1].map(|axis| {
-            let first = place[axis] * brick;
-            first..(first + brick).min(finest.cells[axis])
+            let [first, end] = [0, brick].map(|cells| (place[axis] * brick + cells).min(finest.cells[axis]));
+            first..end
         });
         for (slice, samples) in slab.values.chunks_exact(finest.slice()).enumerate() {
             for y in rows.clone() {
-                for x in columns.clone() {
-                    let sample = samples[y * finest.cells[0] + x].to_f64();
-                    if !sample.is_finite() {
-                        continue;
-                    }
-                    errors.numbers += 1;
-                    if let Some((level, window)) = leaf {
-                        let cell =
-                            [x / level.samples[0], y / level.samples[1], (slab.first + slice) / level.samples[2]];
-                        let row = cell[1] + level.cells[1] * (cell[2] - window.first);
-                        let error = (sample - window.values[cell[0] + level.cells[0] * row].to_f64()).abs();
-                        errors.max = errors.max.max(error);
-                        errors.sum += error;
-                    }
+                let samples = &samples[y * finest.cells[0]..][columns.clone()];
+                if let Some((level, window)) = leaf {
+                    errors.add(samples, columns.start, window.row(level, y, slab.first + slice));
+                } else {
+                    errors.numbers += samples.iter().filter(|sample| sample.to_f64().is_finite()).count() as u64;
                 }
             }
         }
         errors
+    }
+
+    /// Adds a row of samples that begins at x.
+    fn add<T: Voxel>(&mut self, samples: &[T], x: usize, cells: Row<'_, T>) {
+        for (place, sample) in samples.iter().map(|sample| sample.to_f64()).enumerate() {
+            if sample.is_finite() {
+                let error = (sample - cells.values[(x + place) >> cells.shift].to_f64()).abs();
+                self.max = self.max.max(error);
+                self.sum += error;
+                self.numbers += 1;
+            }
+        }
     }
 }
 

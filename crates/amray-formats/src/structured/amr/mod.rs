@@ -6,7 +6,8 @@
 //!
 //! **Bricks.** A brick is kept where a sample in it differs by more than the threshold from the cell of the next coarser
 //! level around it, or where only one of both is a number; and so are the bricks of all coarser levels around it. Level 0
-//! is always kept.
+//! is always kept. Where nothing is kept on the finest level, its first brick is: it tells the grid of the samples, on which
+//! `finest` interpolates. Only of a volume that is one value, level 0 is all.
 //!
 //! **What is bounded.** Every sample differs by no more than the threshold from the leaf cell around it, so the
 //! reconstruction `finest`, between the samples, by no more than the threshold from the volume's trilinear interpolation.
@@ -135,7 +136,8 @@ impl Refinement {
         let pyramid = Pyramid::build::<T>(volume, &plan, &|share| progress(share / 2.0))?;
         let bricks = plan.levels.iter().zip(&pyramid.kept);
         let bricks = bricks.map(|(level, kept)| output::bricks(level, kept, self.brick).collect()).collect();
-        let hierarchy = shape::hierarchy(&plan.levels, bricks, volume.spacing(), volume.origin())
+        let used = &plan.levels[..pyramid.used];
+        let hierarchy = shape::hierarchy(used, bricks, volume.spacing(), volume.origin())
             .map_err(|source| FormatError::Hierarchy { path: path.into(), source })?;
         let writer = format.create(path, &hierarchy, &[FIELD], volume.voxel_type(), 0.0)?;
         let errors = output::write::<T>(volume, &plan, pyramid, &writer, &|share| progress(0.5 + share / 2.0))?;

@@ -28,7 +28,7 @@ pub(super) fn write<T: Voxel>(
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Errors, FormatError> {
     let failed = FormatError::io(plan.directory, "read a temporary file in");
-    let Pyramid { files, kept } = &mut pyramid;
+    let Pyramid { files, kept, .. } = &mut pyramid;
     for (number, file) in files.iter_mut().enumerate() {
         let output = LevelOutput { plan, number, kept: &kept[number], writer };
         output.write(|slices, values: &mut Vec<T>| file.read(slices, values).map_err(&failed), |_, _| Ok(()))?;

@@ -17,6 +17,8 @@ pub(super) struct Pyramid {
     pub(super) files: Vec<LevelFile>,
     /// Per level, which bricks are kept, in the order of [`LevelShape::places`].
     pub(super) kept: Vec<Vec<bool>>,
+    /// How many levels hold bricks: level 0 alone or all.
+    pub(super) used: usize,
 }
 
 /// What goes on between two levels: slices of the finer one come, one of the coarser goes whenever there are two.
@@ -64,7 +66,24 @@ impl Pyramid {
             }
         }
         let (files, deviating): (Vec<_>, Vec<_>) = stages.into_iter().map(|stage| (stage.file, stage.kept)).unzip();
-        Ok(Self { files, kept: kept(&plan.levels, deviating) })
+        let kept = kept(&plan.levels, deviating);
+        let mut pyramid = Self { files, kept, used: plan.levels.len() };
+        pyramid.anchor::<T>(&plan.levels).map_err(failed)?;
+        Ok(pyramid)
+    }
+
+    /// Keeps the first brick of the finest level where none is kept: what is interpolated on the finest level there is
+    /// must be so on the samples' own grid. Only where the volume is one value, level 0 is all that is used.
+    fn anchor<T: Voxel>(&mut self, levels: &[LevelShape]) -> io::Result<()> {
+        if self.kept.last().is_some_and(|finest| finest.contains(&true)) {
+            return Ok(());
+        }
+        if is_one_value::<T>(&mut self.files[0], &levels[0])? {
+            self.used = 1;
+        } else {
+            self.kept.iter_mut().for_each(|level| level[0] = true);
+        }
+        Ok(())
     }
 }
 
@@ -88,6 +107,22 @@ fn coarsen<T: Voxel>(plan: &Plan<'_>, stages: &mut [Stage<T>], slices: &[LayerVi
             Ok(())
         }
     }
+}
+
+/// Whether all cells of a level have the same value, or none is a number.
+fn is_one_value<T: Voxel>(file: &mut LevelFile, level: &LevelShape) -> io::Result<bool> {
+    let mut first = None;
+    let mut values: Vec<T> = Vec::new();
+    for slice in 0..level.cells[2] {
+        file.read(slice..slice + 1, &mut values)?;
+        for value in values.iter().map(|value| value.to_f64()) {
+            let first = *first.get_or_insert(value);
+            if value != first && !(value.is_nan() && first.is_nan()) {
+                return Ok(false);
+            }
+        }
+    }
+    Ok(true)
 }
 
 /// The bricks that are kept on each level: all of level 0, those that deviate from the coarser level, the rim of a volume

@@ -27,28 +27,14 @@ pub(super) struct LevelShape {
 
 /// The levels over a volume of `size` samples, coarsest first; as many as `levels` says, or until level 0 is one brick.
 pub(super) fn levels(size: [usize; 3], brick: usize, levels: Option<usize>) -> Vec<LevelShape> {
-    let enough = |cells: &[usize; 3], count: usize| match levels {
+    let halvings = halvings(size, |cells, count| match levels {
         Some(levels) => count == levels,
         None => cells.iter().all(|&cells| cells <= brick),
-    };
-    // Finest first.
-    let mut cells = vec![size];
-    let mut ratios = Vec::new();
-    while let Some(finer) = cells.last()
-        && !enough(finer, cells.len())
-    {
-        let ratio = finer.map(|cells| cells.min(2));
-        cells.push([0, 1, 2].map(|axis| finer[axis].div_ceil(ratio[axis])));
-        ratios.push(ratio);
-    }
-    cells.reverse();
-    ratios.push([1; 3]);
-    ratios.reverse();
-
-    let mut samples = [0, 1, 2].map(|axis| ratios.iter().map(|ratio| ratio[axis]).product::<usize>());
+    });
+    let mut samples = [0, 1, 2].map(|axis| halvings.iter().map(|(_, ratio)| ratio[axis]).product::<usize>());
     let padded = [0, 1, 2].map(|axis| !size[axis].is_multiple_of(samples[axis]));
-    let mut shapes: Vec<LevelShape> = Vec::with_capacity(cells.len());
-    for (&cells, ratio) in cells.iter().zip(ratios) {
+    let mut shapes: Vec<LevelShape> = Vec::with_capacity(halvings.len());
+    for (cells, ratio) in halvings {
         samples = [0, 1, 2].map(|axis| samples[axis] / ratio[axis]);
         let rim = [0, 1, 2].map(|axis| padded[axis].then(|| (cells[axis] - 1) / brick));
         let next = |axis: usize| (cells[axis] / ratio[axis] + 1) * ratio[axis];
@@ -63,6 +49,21 @@ pub(super) fn levels(size: [usize; 3], brick: usize, levels: Option<usize>) -> V
         shape.grid = shape.stored.map(|cells| cells.div_ceil(brick));
     }
     shapes
+}
+
+/// The cells of each level, and how many of them a coarser cell has per axis: coarsest first. `is_enough` is asked of the
+/// coarsest one so far, and of their number.
+fn halvings(size: [usize; 3], is_enough: impl Fn([usize; 3], usize) -> bool) -> Vec<([usize; 3], [usize; 3])> {
+    let mut levels = Vec::new();
+    let mut cells = size;
+    while !is_enough(cells, levels.len() + 1) {
+        let ratio = cells.map(|cells| cells.min(2));
+        levels.push((cells, ratio));
+        cells = [0, 1, 2].map(|axis| cells[axis].div_ceil(ratio[axis]));
+    }
+    levels.push((cells, [1; 3]));
+    levels.reverse();
+    levels
 }
 
 /// The most levels that a volume can have: the coarsest is then one cell.
