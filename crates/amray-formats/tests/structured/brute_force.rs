@@ -64,8 +64,7 @@ pub(crate) fn differ(sample: f64, cell: f64, threshold: f64) -> bool {
     }
 }
 
-/// The places in the grid of the bricks that must be kept of each level; of level 0 none are listed, and there is no other
-/// level for a volume of one value.
+/// The places in the grid of the bricks that must be kept of each level that is; of level 0 not all are listed.
 pub(crate) fn kept(levels: &[Level], brick: usize, threshold: f64) -> Vec<BTreeSet<[usize; 3]>> {
     let finest = levels.last().unwrap();
     let mut kept = vec![BTreeSet::new(); levels.len()];
@@ -90,8 +89,9 @@ pub(crate) fn kept(levels: &[Level], brick: usize, threshold: f64) -> Vec<BTreeS
         }
     }
     if levels.len() > 1 && kept[levels.len() - 1].is_empty() {
-        let first = finest.values[0];
-        if finest.values.iter().all(|&value| value == first || value.is_nan() && first.is_nan()) {
+        let first = levels[0].values[0];
+        let one_value = levels[0].values.iter().all(|&value| value == first || value.is_nan() && first.is_nan());
+        if one_value && kept[1..].iter().all(BTreeSet::is_empty) {
             kept.truncate(1);
         }
         kept.iter_mut().for_each(|places| _ = places.insert([0; 3]));

@@ -32,6 +32,17 @@ fn a_constant_volume_keeps_one_coarse_brick() {
 }
 
 #[test]
+fn holes_in_one_value_are_kept() {
+    // Squares of 2x2 samples: the next coarser level has them all, the ones beyond do not.
+    let hole = |place: usize| place % 64 / 2 % 8 == 3 && place / 64 / 2 % 8 == 5;
+    let values: Vec<f64> = (0..64 * 64).map(|place| if hole(place) { f64::NAN } else { 0.25 }).collect();
+    let (found, refined) = bricks([64, 1, 64], &values, refinement(4, 0.0, None));
+    // A brick for each of 16 holes, and the first one.
+    assert_eq!((&found[3..], found.len()), (&[17, 1][..], 5));
+    assert_eq!(refined.max_error, 0.0);
+}
+
+#[test]
 fn one_sample_keeps_a_brick_of_every_level() {
     let mut values = vec![1.0; 64 * 64 * 64];
     values[40 + 64 * (3 + 64 * 63)] = 2.0;

@@ -7,7 +7,7 @@
 //! **Bricks.** A brick is kept where a sample in it differs by more than the threshold from the cell of the next coarser
 //! level around it, or where only one of both is a number; and so are the bricks of all coarser levels around it. Level 0
 //! is always kept. Where nothing is kept on the finest level, its first brick is: it tells the grid of the samples, on which
-//! `finest` interpolates. Only of a volume that is one value, level 0 is all.
+//! `finest` interpolates. Only where level 0 stands for all samples and is one value, it is all there is.
 //!
 //! **What is bounded.** Every sample differs by no more than the threshold from the leaf cell around it, so the
 //! reconstruction `finest`, between the samples, by no more than the threshold from the volume's trilinear interpolation.

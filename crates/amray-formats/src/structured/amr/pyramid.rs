@@ -73,12 +73,15 @@ impl Pyramid {
     }
 
     /// Keeps the first brick of the finest level where none is kept: what is interpolated on the finest level there is
-    /// must be so on the samples' own grid. Only where the volume is one value, level 0 is all that is used.
+    /// must be so on the samples' own grid. Only where level 0 stands for all samples and is one value, it is all that is
+    /// used.
     fn anchor<T: Voxel>(&mut self, levels: &[LevelShape]) -> io::Result<()> {
-        if self.kept.last().is_some_and(|finest| finest.contains(&true)) {
+        let [_, finer @ ..] = &self.kept[..] else { return Ok(()) };
+        let any = |level: &Vec<bool>| level.contains(&true);
+        if finer.last().is_none_or(any) {
             return Ok(());
         }
-        if is_one_value::<T>(&mut self.files[0], &levels[0])? {
+        if !finer.iter().any(any) && is_one_value::<T>(&mut self.files[0], &levels[0])? {
             self.used = 1;
         } else {
             self.kept.iter_mut().for_each(|level| level[0] = true);
