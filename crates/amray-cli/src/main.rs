@@ -4,6 +4,7 @@ mod annotations;
 mod appearance;
 mod bench;
 mod clips;
+mod convert;
 mod data;
 mod demo;
 mod fields;
@@ -63,6 +64,8 @@ enum Command {
     Schema,
     /// Values at given points
     Sample(sample::Arguments),
+    /// From any readable format to another, and from structured volumes to AMR data
+    Convert(convert::Arguments),
     /// Frames per second of both engines, per method, level and number of threads
     Bench(bench::Arguments),
 }
@@ -95,6 +98,7 @@ fn run(arguments: Arguments) -> anyhow::Result<()> {
         Command::Project(arguments) => project::run(&arguments),
         Command::Schema => Ok(print(&scene_file::schema())?),
         Command::Sample(arguments) => sample::run(&arguments),
+        Command::Convert(arguments) => convert::run(&arguments),
         Command::Bench(arguments) => bench::run(&arguments),
     }
 }

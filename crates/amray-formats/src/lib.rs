@@ -2,6 +2,7 @@
 //!
 //! [`open`] recognises a data set by its content and reads its geometry; values are read (or mapped) field by field.
 
+mod amr_format;
 mod amrex;
 mod chombo;
 mod completed;
@@ -14,13 +15,16 @@ mod open;
 pub mod output;
 pub mod picture;
 pub mod points;
+mod relative_path;
 mod store;
+pub mod structured;
 
 use std::path::Path;
 use std::sync::Arc;
 
 use amray::hierarchy::{Field, Hierarchy, VoxelType};
 
+pub use amr_format::AmrFormat;
 pub use amray_expressions::Definition;
 pub use amrex::AmrexPlotfile;
 pub use chombo::{ChomboFile, ChomboWriter};

@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 
 use amray::hierarchy::IndexBox;
 
-use super::text::{INDEX_BOX, LineReader, Scanner, path_below};
+use super::text::{INDEX_BOX, LineReader, Scanner};
+use crate::relative_path::path_below;
 use crate::{FormatError, OpenOptions};
 
 /// What `Header` says.

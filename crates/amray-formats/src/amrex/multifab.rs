@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 use amray::hierarchy::IndexBox;
 
 use super::real_format::{REAL_FORMAT, RealFormat};
-use super::text::{INDEX_BOX, LineReader, Scanner, path_below};
+use super::text::{INDEX_BOX, LineReader, Scanner};
 use crate::FormatError;
+use crate::relative_path::path_below;
 
 /// The newest version of `Cell_H`.
 const NEWEST_VERSION: u32 = 4;

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use amray::hierarchy::IndexBox;
@@ -75,13 +75,6 @@ pub(super) fn shown(line: &[u8]) -> String {
         Some((end, _)) => format!("{:?}...", &line[..end]),
         None => format!("{line:?}"),
     }
-}
-
-/// A relative path that stays below the directory it starts from; `None` for any other.
-pub(super) fn path_below(text: &str) -> Option<PathBuf> {
-    let path = Path::new(text);
-    let stays = path.components().all(|component| matches!(component, Component::Normal(_)));
-    (stays && !text.is_empty() && !text.contains(char::is_control)).then(|| path.into())
 }
 
 /// What is left of a line.
@@ -174,14 +167,6 @@ mod tests {
             assert_eq!(Scanner(text).finite(), None, "{text}");
         }
         assert_eq!(Scanner("-1").number::<u32>(), None);
-    }
-
-    #[test]
-    fn paths_stay_below() {
-        assert_eq!(path_below("Level_0/Cell"), Some(PathBuf::from("Level_0/Cell")));
-        for text in ["", "/etc/passwd", "../Cell", "Level_0/../../Cell", "Level_0/..", "a\tb"] {
-            assert_eq!(path_below(text), None, "{text}");
-        }
     }
 
     #[test]

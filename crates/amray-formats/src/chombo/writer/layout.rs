@@ -19,6 +19,8 @@ pub(super) struct Layout<'a> {
     pub(super) components: &'a [&'a str],
     pub(super) voxel_type: VoxelType,
     pub(super) time: f64,
+    /// The world position of cell (0, 0, 0), where it is not the world's origin.
+    pub(super) origin: Option<[f64; 3]>,
 }
 
 impl Layout<'_> {
@@ -34,6 +36,9 @@ impl Layout<'_> {
         root.set_attr_numeric("num_components", &(self.components.len() as i32))?;
         root.set_attr_numeric("iteration", &0i32)?;
         root.set_attr_numeric("time", &self.time)?;
+        if let Some(origin) = self.origin {
+            set_numbers(&root, "origin", origin)?;
+        }
         for (number, name) in self.components.iter().enumerate() {
             set_text(&root, &format!("component_{number}"), name)?;
         }
@@ -52,8 +57,7 @@ impl Layout<'_> {
                 group.set_attr_numeric("ref_ratio", &table.ratio[0])?;
             }
             CellSize::PerAxis(widths) => {
-                let bytes = widths.iter().flat_map(|width| width.to_le_bytes()).collect();
-                group.set_attr_typed("vec_dx", compound::<f64>(&["x", "y", "z"], 24), bytes)?;
+                set_numbers(group, "vec_dx", widths)?;
                 set_vector(group, "vec_ref_ratio", table.ratio)?;
             }
         }
@@ -105,6 +109,11 @@ fn box_bytes(corners: &[i32; 6]) -> impl Iterator<Item = u8> + use<> {
 fn set_vector(group: &H5Group, name: &str, values: [i32; 3]) -> Result<(), Hdf5Error> {
     let bytes = values.into_iter().flat_map(i32::to_le_bytes).collect();
     group.set_attr_typed(name, compound::<i32>(&VECTOR_MEMBERS, 12), bytes)
+}
+
+fn set_numbers(group: &H5Group, name: &str, values: [f64; 3]) -> Result<(), Hdf5Error> {
+    let bytes = values.into_iter().flat_map(f64::to_le_bytes).collect();
+    group.set_attr_typed(name, compound::<f64>(&["x", "y", "z"], 24), bytes)
 }
 
 /// Text exactly as long as it is, without room for a NUL, as Chombo writes it.

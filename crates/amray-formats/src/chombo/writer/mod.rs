@@ -39,12 +39,12 @@ struct LevelWriter {
 impl ChomboWriter {
     /// Lays down everything but the values, of which only the place is reserved.
     ///
-    /// World positions are kept: a Chombo file has no origin (world = index * cell size), so an origin that is a whole
-    /// number of coarsest cells moves the indices, and any other is refused.
+    /// World positions are kept: to Chombo, world = index * cell size, so an origin that is a whole number of coarsest
+    /// cells moves the indices. Any other becomes the root attribute `origin`, which amray reads; other programs pass over
+    /// it and show the data moved by it.
     ///
     /// # Errors
-    /// [`FormatError::Malformed`] where the hierarchy cannot be expressed: an origin between cells, or indices beyond
-    /// 32 bits. [`FormatError::Io`] where the file cannot be written.
+    /// [`FormatError::Malformed`] where the hierarchy cannot be expressed: indices beyond 32 bits. [`FormatError::Io`] where the file cannot be written.
     pub fn create(
         path: &Path,
         hierarchy: &Hierarchy,
@@ -52,9 +52,9 @@ impl ChomboWriter {
         voxel_type: VoxelType,
         time: f64,
     ) -> Result<Self, FormatError> {
-        let tables = tables::of(path, hierarchy, components.len())?;
+        let (origin, tables) = tables::of(path, hierarchy, components.len())?;
         let output = OutputFile::create(path)?;
-        let layout = Layout { components, voxel_type, time };
+        let layout = Layout { components, voxel_type, time, origin };
         let (file, levels) = layout.write(output.temporary_path(), tables).map_err(failure(path))?;
         Ok(Self { path: path.into(), voxel_type, components: components.len(), levels, file, output })
     }
@@ -73,15 +73,35 @@ impl ChomboWriter {
         component: usize,
         values: &[T],
     ) -> Result<(), FormatError> {
+        let cells = self.levels[level].cells(brick, self.components);
+        assert_eq!(values.len(), cells, "values of level {level}, brick {brick}");
+        self.write_cells(level, brick, component, 0, values)
+    }
+
+    /// Writes one component of some cells of a brick, from the one counted `first` on, x fastest.
+    ///
+    /// # Errors
+    /// [`FormatError::Io`] where the file cannot be written.
+    ///
+    /// # Panics
+    /// Where there is no such level, brick or component, or not as many cells.
+    pub fn write_cells<T: Voxel>(
+        &self,
+        level: usize,
+        brick: usize,
+        component: usize,
+        first: usize,
+        values: &[T],
+    ) -> Result<(), FormatError> {
         assert!(component < self.components, "no component {component} among {}", self.components);
         let LevelWriter { values: target, offsets } = &self.levels[level];
-        let cells = (offsets[brick + 1] - offsets[brick]) as usize / self.components;
-        assert_eq!(values.len(), cells, "values of level {level}, brick {brick}");
-        let start = offsets[brick] as usize + component * cells;
+        let cells = self.levels[level].cells(brick, self.components);
+        assert!(first <= cells && values.len() <= cells - first, "cells of level {level}, brick {brick}");
+        let (start, count) = (offsets[brick] as usize + component * cells + first, values.len());
         let numbers = values.iter().map(|value| value.to_f64());
         match self.voxel_type {
-            VoxelType::F32 => target.write_slice(&[start], &[cells], &numbers.map(f32::from_f64).collect::<Vec<_>>()),
-            VoxelType::F64 => target.write_slice(&[start], &[cells], &numbers.collect::<Vec<_>>()),
+            VoxelType::F32 => target.write_slice(&[start], &[count], &numbers.map(f32::from_f64).collect::<Vec<_>>()),
+            VoxelType::F64 => target.write_slice(&[start], &[count], &numbers.collect::<Vec<_>>()),
         }
         .map_err(failure(&self.path))
     }
@@ -95,6 +115,13 @@ impl ChomboWriter {
         drop(levels);
         file.close_no_sync().map_err(failure(&path))?;
         output.finish()
+    }
+}
+
+impl LevelWriter {
+    /// The number of cells of a brick.
+    fn cells(&self, brick: usize, components: usize) -> usize {
+        (self.offsets[brick + 1] - self.offsets[brick]) as usize / components
     }
 }
 

@@ -1,4 +1,4 @@
-//! A hierarchy in the numbers of a Chombo file: 32-bit indices, inclusive corners, no origin.
+//! A hierarchy in the numbers of a Chombo file: 32-bit indices, inclusive corners, no origin but in whole cells.
 
 use std::path::Path;
 
@@ -33,14 +33,15 @@ pub(super) enum CellSize {
     PerAxis([f64; 3]),
 }
 
-/// The tables of all levels.
-pub(super) fn of(path: &Path, hierarchy: &Hierarchy, components: usize) -> Result<Vec<LevelTable>, FormatError> {
+/// The tables of all levels, and the origin where indices do not tell it.
+pub(super) fn of(
+    path: &Path,
+    hierarchy: &Hierarchy,
+    components: usize,
+) -> Result<(Option<[f64; 3]>, Vec<LevelTable>), FormatError> {
     let levels = hierarchy.levels();
-    let origin = origin_in_cells(hierarchy).ok_or_else(|| {
-        let (origin, width) = (hierarchy.origin(), levels[0].cell_size());
-        let expected = "expected a whole number of coarsest cells, for Chombo files have no origin";
-        FormatError::malformed(path, "level 0", format!("origin {origin:?} with cells of {width:?}, {expected}"))
-    })?;
+    let in_cells = origin_in_cells(hierarchy);
+    let origin = in_cells.unwrap_or_default();
     let isotropic = levels.iter().all(is_isotropic);
     let table = |(number, level): (usize, &Level)| {
         let refinement = [0, 1, 2].map(|axis| levels[0].finest_cells()[axis] / level.finest_cells()[axis]);
@@ -49,7 +50,8 @@ pub(super) fn of(path: &Path, hierarchy: &Hierarchy, components: usize) -> Resul
         let refused = |problem| FormatError::malformed(path, format!("level {number}"), problem);
         LevelTable::new(level, finer_ratio, shift, isotropic, components).map_err(refused)
     };
-    levels.iter().enumerate().map(table).collect()
+    let tables = levels.iter().enumerate().map(table).collect::<Result<_, _>>()?;
+    Ok((in_cells.is_none().then(|| hierarchy.origin()), tables))
 }
 
 impl LevelTable {

@@ -7,7 +7,7 @@ use hdf5_reader::{Datatype, Hdf5File};
 use tempfile::TempDir;
 
 use super::ChomboWriter;
-use crate::FormatError;
+use crate::{ChomboFile, DataSet, FormatError, OpenOptions};
 
 /// Two bricks over a 4 x 4 x 8 domain, and a finer one inside the first.
 fn hierarchy(origin: [f64; 3], cell_size: [f64; 3], ratio: [i64; 3]) -> Result<Hierarchy, HierarchyError> {
@@ -107,7 +107,7 @@ fn axes_that_differ_are_written_as_vectors_and_values_in_single_precision() {
 }
 
 #[test]
-fn an_origin_moves_the_indices_or_is_refused() {
+fn an_origin_moves_the_indices_or_is_stated() {
     let (_directory, path) = new_file();
     let moved = hierarchy([-1.0, 0.5, 0.3 / 0.1 * 0.5], [0.5; 3], [2; 3]).unwrap();
     ChomboWriter::create(&path, &moved, &["a"], VoxelType::F64, 0.0).unwrap().finish().unwrap();
@@ -118,10 +118,25 @@ fn an_origin_moves_the_indices_or_is_refused() {
     assert_eq!(integers(&boxes)[..6], [-2, 4, 8, 1, 5, 11]);
 
     let between = hierarchy([0.1, 0.0, 0.0], [0.5; 3], [2; 3]).unwrap();
-    let message = refusal(ChomboWriter::create(&path, &between, &["a"], VoxelType::F64, 0.0));
-    let expected = "written.hdf5: level 0: origin [0.1, 0.0, 0.0] with cells of [0.5, 0.5, 0.5], \
-                    expected a whole number of coarsest cells, for Chombo files have no origin";
-    assert!(message.ends_with(expected), "{message}");
+    ChomboWriter::create(&path, &between, &["a"], VoxelType::F64, 0.0).unwrap().finish().unwrap();
+    let file = Hdf5File::open(&path).unwrap();
+    assert_eq!(doubles(&attribute(&file, "/", "origin").raw_data), [0.1, 0.0, 0.0]);
+    assert_eq!(integers(&attribute(&file, "/level_0", "prob_domain").raw_data)[..6], [0, 0, 0, 3, 3, 7]);
+    let read = ChomboFile::open(&path, &OpenOptions::default()).unwrap();
+    assert_eq!(read.hierarchy().bounds(), between.bounds());
+}
+
+#[test]
+fn a_brick_may_come_in_parts() {
+    let (_directory, path) = new_file();
+    let hierarchy = hierarchy([0.0; 3], [0.5; 3], [2; 3]).unwrap();
+    let writer = ChomboWriter::create(&path, &hierarchy, &["a", "b"], VoxelType::F64, 0.0).unwrap();
+    writer.write_cells(0, 1, 1, 16, &[2.0; 48]).unwrap();
+    writer.write_cells(0, 1, 1, 0, &[1.0; 16]).unwrap();
+    writer.finish().unwrap();
+    let file = Hdf5File::open(&path).unwrap();
+    let values = doubles(&file.dataset("/level_0/data:datatype=0").unwrap().read_raw_bytes().unwrap());
+    assert_eq!(values, [vec![0.0; 192], vec![1.0; 16], vec![2.0; 48]].concat());
 }
 
 #[test]
