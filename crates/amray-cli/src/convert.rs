@@ -221,7 +221,9 @@ fn convert_data(arguments: &Arguments) -> anyhow::Result<Report> {
         let prepare = |field: Field| if flags.restrict { field.restricted(hierarchy) } else { field };
         let field = data_arguments.read_field(&*data, Some(name), &prepare)?;
         if field.centering() != Centering::Cells {
-            return Err(data_arguments.error(format!("{name} is node-centred, expected cell-centred fields to convert")));
+            return Err(
+                data_arguments.error(format!("{name} is node-centred, expected cell-centred fields to convert"))
+            );
         }
         with_spinner(&fields[component], || write_field(&writer, hierarchy, component, &field))?;
     }

@@ -4,10 +4,12 @@
 
 mod amr_format;
 mod amrex;
+mod athena;
 mod chombo;
 mod completed;
 pub mod demo;
 mod derived;
+mod enzo;
 mod error;
 mod hdf5;
 mod mapped_file;

@@ -4,9 +4,14 @@ use std::fs::{self, File};
 use std::io::Read;
 use std::path::Path;
 
+use crate::athena::{AthenaFile, named_in_xdmf};
 use crate::completed::Completed;
+use crate::enzo::EnzoDump;
 use crate::hdf5::Hdf5;
 use crate::{AmrexPlotfile, ChomboFile, DataSet, FormatError, OpenOptions};
+
+/// The formats that are read.
+const EXPECTED: &str = "Chombo or Athena++ HDF5, an AMReX plotfile or an Enzo dump";
 
 /// Opens a data set of any format that amray reads. The content decides, not the name. Where the file stores leaf cells
 /// alone, the coarse levels are added, as means of the finer ones.
@@ -26,23 +31,36 @@ fn open_as_stored(path: &Path, options: &OpenOptions) -> Result<Box<dyn DataSet>
     if AmrexPlotfile::recognises(path) {
         return Ok(Box::new(AmrexPlotfile::open(path, options)?));
     }
-    let expected = "a Chombo HDF5 file or an AMReX plotfile";
-    if metadata.is_file()
-        && let Some(hdf5) = Hdf5::open(path)?
-    {
-        return match ChomboFile::recognises(&hdf5)? {
-            true => Ok(Box::new(ChomboFile::read(hdf5, options)?)),
-            false => Err(hdf5.unrecognised(expected)),
-        };
+    if let Some(parameters) = EnzoDump::find(path) {
+        return Ok(Box::new(EnzoDump::open(&parameters, options)?));
+    }
+    if metadata.is_file() {
+        if let Some(hdf5) = Hdf5::open(path)? {
+            return open_hdf5(hdf5, options);
+        }
+        if let Some(data) = named_in_xdmf(path)? {
+            let none = || FormatError::malformed(&data, "the file", "not HDF5, expected Athena++ data");
+            return open_hdf5(Hdf5::open(&data)?.ok_or_else(none)?, options);
+        }
     }
     let found = if metadata.is_dir() {
-        "a directory without a plotfile's Header".into()
+        "a directory without the files of a plotfile or a dump".into()
     } else if metadata.is_file() {
         described(path)?
     } else {
         "no regular file".into()
     };
-    Err(FormatError::Unrecognised { path: path.into(), found, expected: expected.into() })
+    Err(FormatError::Unrecognised { path: path.into(), found, expected: EXPECTED.into() })
+}
+
+fn open_hdf5(hdf5: Hdf5, options: &OpenOptions) -> Result<Box<dyn DataSet>, FormatError> {
+    Ok(if ChomboFile::recognises(&hdf5)? {
+        Box::new(ChomboFile::read(hdf5, options)?)
+    } else if AthenaFile::recognises(&hdf5)? {
+        Box::new(AthenaFile::read(hdf5, options)?)
+    } else {
+        return Err(hdf5.unrecognised(EXPECTED));
+    })
 }
 
 /// What a file that no reader knows looks like.

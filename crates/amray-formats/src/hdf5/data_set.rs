@@ -10,7 +10,7 @@ use hdf5_reader::messages::HdfMessage;
 use hdf5_reader::messages::layout::DataLayout;
 use hdf5_reader::{ByteOrder, Dataset, Datatype, H5Type, SliceInfo, SliceInfoElem};
 
-use super::number::{describe, integer};
+use super::number::{describe, float, integer};
 use super::{LARGEST_COMPRESSION, Source, listing};
 use crate::FormatError;
 
@@ -40,6 +40,15 @@ impl Hdf5Set {
     /// An error at this data set.
     pub(crate) fn malformed(&self, problem: &str) -> FormatError {
         self.source.malformed(&self.place, problem)
+    }
+
+    /// Its dimensions, the last one fastest.
+    pub(crate) fn shape(&self) -> &[u64] {
+        self.set.shape()
+    }
+
+    pub(super) fn datatype(&self) -> &Datatype {
+        self.set.dtype()
     }
 
     /// The number of elements of a one-dimensional data set.
@@ -137,6 +146,16 @@ impl Hdf5Set {
         let datatype = self.set.dtype();
         self.decoded(|bytes| integer(datatype, bytes))?
             .ok_or_else(|| self.malformed(&format!("{}, expected integers", describe(datatype))))
+    }
+
+    /// All elements, which must be numbers, last axis fastest.
+    ///
+    /// # Errors
+    /// [`FormatError::Malformed`] where they are something else or cannot be read.
+    pub(crate) fn floats(&self) -> Result<Vec<f64>, FormatError> {
+        let datatype = self.set.dtype();
+        self.decoded(|bytes| float(datatype, bytes))?
+            .ok_or_else(|| self.malformed(&format!("{}, expected numbers", describe(datatype))))
     }
 
     /// The integer members `members` of all elements, which must be compounds. Other members and padding are skipped.

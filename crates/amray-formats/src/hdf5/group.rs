@@ -96,6 +96,33 @@ impl Hdf5Group {
         self.single(name, "a number", |attribute| float(&attribute.datatype, &attribute.raw_data))
     }
 
+    /// The attribute `name` as so many integers, if there is one.
+    ///
+    /// # Errors
+    /// [`FormatError::Malformed`] where it is something else.
+    pub(crate) fn integer_list(&self, name: &str) -> Result<Option<Vec<i64>>, FormatError> {
+        self.list(name, "integers", integer)
+    }
+
+    /// The attribute `name` as so many numbers, if there is one.
+    ///
+    /// # Errors
+    /// [`FormatError::Malformed`] where it is something else.
+    pub(crate) fn float_list(&self, name: &str) -> Result<Option<Vec<f64>>, FormatError> {
+        self.list(name, "numbers", float)
+    }
+
+    /// The attribute `name` as strings without padding, if there is one.
+    ///
+    /// # Errors
+    /// [`FormatError::Malformed`] where it is something else.
+    pub(crate) fn text_list(&self, name: &str) -> Result<Option<Vec<String>>, FormatError> {
+        let Some(attribute) = self.attribute(name) else { return Ok(None) };
+        let texts = attribute.read_strings().map_err(|_| self.unlike(name, attribute, "strings"))?;
+        let trimmed = |text: &String| text.trim_end_matches(|end: char| end == '\0' || end.is_whitespace()).to_owned();
+        Ok(Some(texts.iter().map(trimmed).collect()))
+    }
+
     /// The attribute `name` as one string without padding, if there is one.
     ///
     /// # Errors
@@ -162,15 +189,36 @@ impl Hdf5Group {
             Ok(1) => decode(attribute),
             _ => None,
         };
-        value.map(Some).ok_or_else(|| {
-            let found = match &attribute.datatype {
-                Datatype::Compound { fields, .. } => {
-                    format!("a compound of {}", listing(fields.iter().map(|field| field.name.as_str())))
-                }
-                other => describe(other),
-            };
-            self.malformed(&format!("attribute {name} holds {found}, expected {expected}"))
-        })
+        value.map(Some).ok_or_else(|| self.unlike(name, attribute, expected))
+    }
+
+    /// All values of the attribute `name`, decoded.
+    fn list<T>(
+        &self,
+        name: &str,
+        expected: &str,
+        decode: impl Fn(&Datatype, &[u8]) -> Option<T>,
+    ) -> Result<Option<Vec<T>>, FormatError> {
+        let Some(attribute) = self.attribute(name) else { return Ok(None) };
+        let datatype = &attribute.datatype;
+        let element = match datatype {
+            Datatype::FixedPoint { size, .. } | Datatype::FloatingPoint { size, .. } if *size > 0 => *size as usize,
+            _ => return Err(self.unlike(name, attribute, expected)),
+        };
+        let values: Option<Vec<T>> =
+            attribute.raw_data.chunks_exact(element).map(|bytes| decode(datatype, bytes)).collect();
+        values.map(Some).ok_or_else(|| self.unlike(name, attribute, expected))
+    }
+
+    /// The error for an attribute that holds something else.
+    fn unlike(&self, name: &str, attribute: &Attribute, expected: &str) -> FormatError {
+        let found = match &attribute.datatype {
+            Datatype::Compound { fields, .. } => {
+                format!("a compound of {}", listing(fields.iter().map(|field| field.name.as_str())))
+            }
+            other => describe(other),
+        };
+        self.malformed(&format!("attribute {name} holds {found}, expected {expected}"))
     }
 
     fn attribute(&self, name: &str) -> Option<&Attribute> {

@@ -3,6 +3,7 @@
 //! A thin layer over the crate `hdf5-reader`: counts in a file are not believed before they are held against its
 //! length, and contiguous values can be used where they lie in the mapped file.
 
+mod block;
 mod data_set;
 mod group;
 mod number;
@@ -17,6 +18,7 @@ use memmap2::Mmap;
 
 use crate::{FormatError, mapped_file};
 
+pub(crate) use block::Block;
 pub(crate) use data_set::{Hdf5Set, Storage};
 pub(crate) use group::Hdf5Group;
 pub(crate) use hdf5_reader::H5Type;

@@ -18,7 +18,7 @@ pub(crate) use either::EitherValues;
 pub(crate) use in_place::{InPlace, InPlacePlan};
 pub(crate) use normalisation::normalisation;
 pub use padded::padded_bytes;
-pub(crate) use padded::{Padded, PaddedPoints, PaddedValues};
+pub(crate) use padded::{Padded, PaddedField, PaddedPoints, PaddedValues};
 pub(crate) use pieces::PieceNode;
 
 /// Where [`Engine::March`](crate::render::Engine::March) has its values.

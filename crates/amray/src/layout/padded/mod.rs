@@ -6,6 +6,7 @@
 
 mod evaluate;
 mod fill;
+mod numbers;
 mod plan;
 mod point;
 
@@ -15,6 +16,7 @@ use crate::hierarchy::{Centering, Hierarchy, Normalisation, with_voxels};
 use crate::reconstruction::{Method, Sampler};
 
 pub(crate) use evaluate::PaddedValues;
+use numbers::Numbers;
 pub(super) use plan::{PaddedBrick, Plan};
 pub(crate) use point::PaddedPoints;
 
@@ -61,7 +63,7 @@ pub(super) const FLAG: u32 = 1;
 pub(crate) struct PaddedField {
     pub(crate) normalisation: Normalisation,
     /// The bricks' values, x fastest, one brick after the other.
-    values: Vec<f32>,
+    values: Numbers,
     /// Where each brick's values start.
     starts: Vec<usize>,
     /// Whether all values are finite.
@@ -71,13 +73,19 @@ pub(crate) struct PaddedField {
 impl PaddedField {
     /// A padded copy of the volume's field, filled in parallel.
     pub(crate) fn build(volume: &Volume) -> Self {
-        let normalisation = volume.normalisation();
+        Self::with(volume, volume.normalisation())
+    }
+
+    /// [`build`](Self::build) with another normalisation than the volume's.
+    pub(crate) fn with(volume: &Volume, normalisation: Normalisation) -> Self {
         let starts = starts(volume.hierarchy(), volume.field().centering());
         // Pairs of values are read at once: one more than there are.
-        let mut values = vec![0.0; starts[starts.len() - 1] + 1];
-        let is_finite = with_voxels!(volume.field().values(), bricks => {
-            let sampler = Sampler::new(volume.index(), bricks, volume.method());
-            fill::fill(&sampler, normalisation, Padding::of(volume.method()), &starts, &mut values)
+        let count = starts[starts.len() - 1] + 1;
+        let (values, is_finite) = Numbers::filled(count, |values| {
+            with_voxels!(volume.field().values(), bricks => {
+                let sampler = Sampler::new(volume.index(), bricks, volume.method());
+                fill::fill(&sampler, normalisation, Padding::of(volume.method()), &starts, values)
+            })
         });
         Self { normalisation, values, starts, is_finite }
     }
@@ -90,6 +98,11 @@ impl PaddedField {
 
     pub(crate) fn starts(&self) -> &[usize] {
         &self.starts
+    }
+
+    /// The number of values.
+    pub(crate) fn len(&self) -> usize {
+        self.values.len()
     }
 
     #[inline(always)]
