@@ -31,7 +31,7 @@ pub(super) struct Grid {
     pub(super) file: PathBuf,
 }
 
-/// What the hierarchy file says of a grid; lines of zero are those that are not there.
+/// What the hierarchy file says of a grid.
 #[derive(Default)]
 struct Block {
     start: Option<[i64; 3]>,
@@ -39,8 +39,9 @@ struct Block {
     left: Option<[f64; 3]>,
     right: Option<[f64; 3]>,
     file: Option<PathBuf>,
-    next_this_level: usize,
-    next_next_level: usize,
+    /// Its next sibling, and its first child; 0 for none.
+    next_this_level: Option<usize>,
+    next_next_level: Option<usize>,
 }
 
 impl Root {
@@ -143,8 +144,8 @@ fn blocks(hierarchy: &Text) -> Result<Vec<Block>, FormatError> {
             return Err(entry.malformed(&format!("grid {next}, expected at most {count}")));
         }
         match kind.trim() {
-            "NextGridThisLevel" => block.next_this_level = next,
-            "NextGridNextLevel" => block.next_next_level = next,
+            "NextGridThisLevel" => block.next_this_level = Some(next),
+            "NextGridNextLevel" => block.next_next_level = Some(next),
             _ => {}
         }
     }
@@ -166,7 +167,10 @@ fn levels(
             return Err(problem(id, "several Pointers lead to it".into()));
         }
         let Block { next_this_level, next_next_level, .. } = blocks[id - 1];
-        left.extend([(next_this_level, level), (next_next_level, level + 1)].into_iter().filter(|(id, _)| *id > 0));
+        let (Some(sibling), Some(child)) = (next_this_level, next_next_level) else {
+            return Err(problem(id, "a Pointer is missing, expected two: the file may have been cut short".into()));
+        };
+        left.extend([(sibling, level), (child, level + 1)].into_iter().filter(|(id, _)| *id > 0));
     }
     Ok(levels)
 }
