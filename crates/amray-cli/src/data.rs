@@ -22,7 +22,7 @@ use crate::scene_file::checked;
 /// Which data to open.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct DataArguments {
-    /// A Chombo HDF5 file, or an AMReX plotfile (the directory or its Header)
+    /// A data set: a file or a directory, of any format that amray reads
     pub(crate) path: PathBuf,
     /// As if levels finer than K did not exist
     #[arg(long, value_name = "K")]
@@ -34,7 +34,7 @@ pub(crate) struct DataArguments {
 /// A volume of a data set.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct VolumeArguments {
-    /// A Chombo HDF5 file, or an AMReX plotfile (the directory or its Header)
+    /// A data set: a file or a directory, of any format that amray reads
     path: PathBuf,
     #[command(flatten)]
     section: DataSection,
@@ -44,7 +44,7 @@ pub(crate) struct VolumeArguments {
 #[derive(Clone, Debug, Default, Args, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct DataSection {
-    /// A Chombo HDF5 file, or an AMReX plotfile (the directory or its Header); relative to the scene file.
+    /// A data set: a file or a directory, of any format that amray reads; relative to the scene file.
     #[arg(skip)]
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) path: Option<PathBuf>,
@@ -91,6 +91,8 @@ impl DataSection {
 /// A volume, and how long it took to get it.
 pub(crate) struct Opened {
     pub(crate) volume: Volume,
+    /// The field's name with its unit.
+    pub(crate) title: String,
     data: Box<dyn DataSet>,
     /// Seconds to open the files and read or map the field.
     pub(crate) open_seconds: f64,
@@ -147,6 +149,11 @@ pub(crate) fn absolute(path: &Path) -> PathBuf {
 fn last_name(path: &Path) -> Option<String> {
     let path = if path.file_name().is_some() { path.into() } else { path.canonicalize().ok()? };
     Some(path.file_name()?.to_string_lossy().into_owned())
+}
+
+/// A field's name with its unit, such as `density [g/cm^3]`.
+pub(crate) fn with_unit(name: &str, unit: Option<&str>) -> String {
+    unit.map_or_else(|| name.to_owned(), |unit| format!("{name} [{unit}]"))
 }
 
 /// What is unusual about a data set, a line each.
@@ -214,7 +221,9 @@ impl VolumeArguments {
             let name = volume.field().name();
             note(&format!("amray: warning: {}: {name} is node-centred: --method is left alone", self.path.display()));
         }
-        Ok(Opened { volume, data, open_seconds, index_seconds: start.elapsed().as_secs_f64(), watch })
+        let unit = data.fields().iter().find(|field| field.name == volume.field().name());
+        let title = with_unit(volume.field().name(), unit.and_then(|field| field.unit.as_deref()));
+        Ok(Opened { volume, title, data, open_seconds, index_seconds: start.elapsed().as_secs_f64(), watch })
     }
 
     /// Another field of a data set that is open.

@@ -15,7 +15,7 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::data::{self, DataArguments};
+use crate::data::{self, DataArguments, with_unit};
 use crate::memory::MemoryArguments;
 use crate::number::{bytes, grouped};
 use crate::progress::{with_progress, with_spinner};
@@ -70,6 +70,8 @@ struct LevelDescription {
 #[derive(Serialize)]
 struct FieldDescription {
     name: String,
+    /// As the file states it.
+    unit: Option<String>,
     /// Over leaf cells, without ghosts; null where no value is finite.
     min: Option<f64>,
     max: Option<f64>,
@@ -180,12 +182,12 @@ fn describe(
         leaf_cells: leaf_cells[number],
     });
     let fields = match &arguments.field {
-        Some(name) => vec![describe_field(index, source.read_field(data, Some(name), &|field| field)?)],
+        Some(name) => vec![describe_field(data, index, source.read_field(data, Some(name), &|field| field)?)],
         None => (0..data.fields().len())
             .map(|number| {
                 let name = &data.fields()[number].name;
                 let field = with_progress(name, |progress| data.read_field(number, progress))?;
-                Ok(describe_field(index, field))
+                Ok(describe_field(data, index, field))
             })
             .collect::<anyhow::Result<_>>()?,
     };
@@ -203,12 +205,20 @@ fn describe(
     })
 }
 
-fn describe_field(index: &Arc<Index>, field: Field) -> FieldDescription {
+fn describe_field(data: &dyn DataSet, index: &Arc<Index>, field: Field) -> FieldDescription {
     let name = field.name().to_owned();
+    let unit = data.fields().iter().find(|known| known.name == name).and_then(|known| known.unit.clone());
     let bytes = index.hierarchy().cells() * field.voxel_type().bytes() as u64;
     let owned_bytes = field.bytes(Residence::Owned);
     let range = with_spinner(&name, || Volume::new(index.clone(), field, Method::Nearest).leaf_range());
-    FieldDescription { name, min: range.map(|range| range[0]), max: range.map(|range| range[1]), bytes, owned_bytes }
+    FieldDescription {
+        name,
+        unit,
+        min: range.map(|range| range[0]),
+        max: range.map(|range| range[1]),
+        bytes,
+        owned_bytes,
+    }
 }
 
 fn text(description: &Description, index: &IndexDescription) -> String {
@@ -242,15 +252,15 @@ fn write_text(out: &mut String, description: &Description, index: &IndexDescript
     let total = |count: fn(&LevelDescription) -> u64| grouped(levels.iter().map(count).sum());
     let bricks = levels.iter().map(|level| level.bricks).sum::<usize>();
     writeln!(out, "  all {:>14} {:>13} {:>13}\n", bricks, total(|l| l.cells), total(|l| l.leaf_cells))?;
-    let width = fields.iter().map(|field| field.name.chars().count()).max().unwrap_or(0).max(5);
+    let names: Vec<String> = fields.iter().map(|field| with_unit(&field.name, field.unit.as_deref())).collect();
+    let width = names.iter().map(|name| name.chars().count()).max().unwrap_or(0).max(5);
     writeln!(out, "{:width$}  {:>13}  {:>13}  memory", "field", "min", "max")?;
-    for field in fields {
+    for (field, name) in fields.iter().zip(&names) {
         let value = |value: Option<f64>| value.map_or_else(|| "none".into(), |value| format!("{value:.6e}"));
         let residence = if field.owned_bytes > 0 { "read" } else { "mapped" };
         writeln!(
             out,
-            "{:width$}  {:>13}  {:>13}  {} {residence}",
-            field.name,
+            "{name:width$}  {:>13}  {:>13}  {} {residence}",
             value(field.min),
             value(field.max),
             bytes(field.bytes)

@@ -56,7 +56,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let camera = arguments.view.camera(volume, size, 1.0)?;
     let layout = arguments.layout.layout(volume, 1, arguments.volume.memory());
     let image = with_progress("projecting", |progress| project(volume, &camera, size, reduction, layout, progress));
-    let title = format!("{} ({reduction})", volume.field().name());
+    let title = format!("{} ({reduction})", opened.title);
     arguments.picture.write(&output, &image, data, "in the projection", &title)?;
     if !arguments.json {
         return Ok(print(&format!("{}\n", output.path.display()))?);

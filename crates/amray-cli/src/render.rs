@@ -20,7 +20,7 @@ use crate::{memory, note, print, print_json};
 
 #[derive(Debug, Default, Args)]
 pub(crate) struct Arguments {
-    /// A Chombo HDF5 file, or an AMReX plotfile (the directory or its Header)
+    /// A data set: a file or a directory, of any format that amray reads
     #[arg(required_unless_present = "scene")]
     path: Option<PathBuf>,
     /// A scene file: all that makes a picture, as --save-scene writes it; flags that are given win

@@ -58,7 +58,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let size = slice.fitting_size(volume, arguments.size.into());
     let image = with_spinner("slicing", || slice.sample(volume, size));
-    arguments.picture.write(&output, &image, data, "on the slice", volume.field().name())?;
+    arguments.picture.write(&output, &image, data, "on the slice", &opened.title)?;
     if !arguments.json {
         return Ok(print(&format!("{}\n", output.path.display()))?);
     }

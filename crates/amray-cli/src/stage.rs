@@ -27,6 +27,8 @@ const PANORAMA_SIZE: [usize; 2] = [2048, 1024];
 pub(crate) struct Stage {
     document: SceneDocument,
     pub(crate) volume: Volume,
+    /// The field's name with its unit.
+    title: String,
     function: TransferFunction,
     fields: OtherFields,
     surfaces: SurfaceData,
@@ -55,7 +57,7 @@ impl Stage {
         let colors = |data: &_, volume: &_| AppearanceArguments::default().transfer_function(data, volume);
         let surfaces = document.surfaces.data(data, &opened, colors)?;
         let fields = document.fields.open(data, &opened)?;
-        let Opened { volume, open_seconds, index_seconds, watch, .. } = opened;
+        let Opened { volume, title, open_seconds, index_seconds, watch, .. } = opened;
         let start = Instant::now();
         with_spinner("value ranges", || volume.ranges());
         let index_seconds = index_seconds + start.elapsed().as_secs_f64();
@@ -74,6 +76,7 @@ impl Stage {
         Ok(Self {
             document,
             volume,
+            title,
             function,
             fields,
             surfaces,
@@ -203,7 +206,9 @@ impl Stage {
                 for ShownField { volume, transfer_function } in
                     std::iter::once(scene.colors.as_ref().unwrap_or(&own)).chain(&scene.overlays)
                 {
-                    let bar = color_bar(transfer_function, volume.field().name(), height, behind);
+                    let is_own = std::ptr::eq(*volume, &self.volume);
+                    let name = if is_own { &self.title } else { volume.field().name() };
+                    let bar = color_bar(transfer_function, name, height, behind);
                     picture = picture.beside(&bar, behind);
                 }
             }

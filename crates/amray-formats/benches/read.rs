@@ -4,7 +4,7 @@
 use std::fs::File;
 use std::hint::black_box;
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use amray::Volume;
@@ -21,13 +21,18 @@ const BYTES: u64 = (SIDE * SIDE * SIDE) as u64 * 8;
 
 fn main() {
     divan::main();
+    if let Some(path) = FILE.get() {
+        // It is of no use any more, but no harm either.
+        let _ = std::fs::remove_file(path);
+    }
 }
+
+static FILE: OnceLock<PathBuf> = OnceLock::new();
 
 /// The file, written once for a run.
 fn file() -> &'static Path {
-    static FILE: OnceLock<tempfile::TempPath> = OnceLock::new();
     FILE.get_or_init(|| {
-        let path = tempfile::NamedTempFile::new().unwrap().into_temp_path();
+        let path = std::env::temp_dir().join(format!("amray-read-{}.hdf5", std::process::id()));
         write(&path, &amray_testing::nested(SIDE, 1, 40));
         path
     })

@@ -11,6 +11,7 @@ pub mod demo;
 mod derived;
 mod enzo;
 mod error;
+mod flash;
 mod hdf5;
 mod mapped_file;
 mod open;
@@ -83,6 +84,8 @@ pub struct FieldInfo {
     pub name: String,
     /// The number type in memory.
     pub voxel_type: VoxelType,
+    /// The unit, where the file states one.
+    pub unit: Option<String>,
 }
 
 /// How to open a data set.

@@ -7,11 +7,12 @@ use std::path::Path;
 use crate::athena::{AthenaFile, named_in_xdmf};
 use crate::completed::Completed;
 use crate::enzo::EnzoDump;
+use crate::flash::FlashFile;
 use crate::hdf5::Hdf5;
 use crate::{AmrexPlotfile, ChomboFile, DataSet, FormatError, OpenOptions};
 
 /// The formats that are read.
-const EXPECTED: &str = "Chombo or Athena++ HDF5, an AMReX plotfile or an Enzo dump";
+const EXPECTED: &str = "Chombo, Athena++ or FLASH HDF5, an AMReX plotfile or an Enzo dump";
 
 /// Opens a data set of any format that amray reads. The content decides, not the name. Where the file stores leaf cells
 /// alone, the coarse levels are added, as means of the finer ones.
@@ -58,6 +59,8 @@ fn open_hdf5(hdf5: Hdf5, options: &OpenOptions) -> Result<Box<dyn DataSet>, Form
         Box::new(ChomboFile::read(hdf5, options)?)
     } else if AthenaFile::recognises(&hdf5)? {
         Box::new(AthenaFile::read(hdf5, options)?)
+    } else if FlashFile::recognises(&hdf5)? {
+        Box::new(FlashFile::read(hdf5, options)?)
     } else {
         return Err(hdf5.unrecognised(EXPECTED));
     })

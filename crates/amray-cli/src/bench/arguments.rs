@@ -14,7 +14,7 @@ use crate::view_file::ViewName;
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// A Chombo HDF5 file, or an AMReX plotfile (the directory or its Header)
+    /// A data set: a file or a directory, of any format that amray reads
     pub(super) path: PathBuf,
     /// The field to show [default: that of the view, or the first]
     #[arg(long, value_name = "NAME")]

@@ -38,13 +38,13 @@ pub struct AmrexPlotfile {
 }
 
 impl AmrexPlotfile {
-    /// Whether `path` is a plotfile's directory or its file `Header`, by what the `Header` holds. A plotfile of one or
-    /// two dimensions is one too, although [`AmrexPlotfile::open`] refuses it.
+    /// Whether `path` is a plotfile's directory, its file `Header` or a file of a level (`Cell_H`, `Cell_D_00000`), by
+    /// what the `Header` holds. A plotfile of one or two dimensions is one too, although [`AmrexPlotfile::open`] refuses it.
     pub fn recognises(path: &Path) -> bool {
         header_path(path).is_some_and(|path| header::recognises(&path))
     }
 
-    /// Opens the plotfile at `path`, its directory or its file `Header`.
+    /// Opens the plotfile at `path`: its directory, its file `Header`, or a level's `Cell_H` or `Cell_D_00000`.
     ///
     /// # Errors
     /// [`FormatError::Unrecognised`] where there is no `Header`; otherwise what is wrong with which file, line, level
@@ -52,7 +52,7 @@ impl AmrexPlotfile {
     pub fn open(path: &Path, options: &OpenOptions) -> Result<Self, FormatError> {
         let header_path = header_path(path).ok_or_else(|| FormatError::Unrecognised {
             path: path.into(),
-            found: "neither a directory with a file Header nor that file".into(),
+            found: "neither a directory with a file Header nor a file of a plotfile".into(),
             expected: "an AMReX plotfile".into(),
         })?;
         let directory = header_path.parent().unwrap_or(Path::new(""));
@@ -70,7 +70,8 @@ impl AmrexPlotfile {
             fabs.extend(locate_fabs(level, multifab)?);
         }
         let voxel_type = fabs[0].voxel_type();
-        let fields = header.fields.iter().map(|name| FieldInfo { name: name.clone(), voxel_type }).collect();
+        let fields =
+            header.fields.iter().map(|name| FieldInfo { name: name.clone(), voxel_type, unit: None }).collect();
         if let Some((brick, fab)) = hierarchy.bricks().zip(&fabs).find(|(_, fab)| fab.voxel_type() != voxel_type) {
             let place = format!("level {}, brick {}", brick.level, brick.number);
             let (found, expected) = (fab.voxel_type().bytes(), voxel_type.bytes());
@@ -124,7 +125,7 @@ impl DataSet for AmrexPlotfile {
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        let FieldInfo { name, voxel_type } = &self.fields[field];
+        let FieldInfo { name, voxel_type, .. } = &self.fields[field];
         let values = match voxel_type {
             VoxelType::F32 => self.bricks::<f32>(field, progress)?,
             VoxelType::F64 => self.bricks::<f64>(field, progress)?,
@@ -138,13 +139,26 @@ impl DataSet for AmrexPlotfile {
     }
 }
 
-/// The file `Header` of the directory `path`, or `path` itself where it is such a file.
+/// The file `Header` of the directory `path`, or `path` itself where it is such a file, or the one of the plotfile that
+/// the file `path` of a level belongs to.
 fn header_path(path: &Path) -> Option<PathBuf> {
     let header = match path.is_dir() {
         true => path.join("Header"),
-        false => path.to_path_buf(),
+        false if path.file_name()? == "Header" => path.to_path_buf(),
+        false => plotfile_of(path)?.join("Header"),
     };
-    (header.file_name() == Some("Header".as_ref()) && header.is_file()).then_some(header)
+    header.is_file().then_some(header)
+}
+
+/// The plotfile that a file such as `Level_0/Cell_H` or `Level_0/Cell_D_00000` would lie in.
+fn plotfile_of(path: &Path) -> Option<PathBuf> {
+    let is_number = |text: &str| !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit());
+    // The directories of a bare name are those that it is looked up in.
+    let path = std::path::absolute(path).ok()?;
+    let (name, level) = (path.file_name()?.to_str()?, path.parent()?);
+    let is_value = name == "Cell_H" || name.strip_prefix("Cell_D_").is_some_and(is_number);
+    let is_level = level.file_name()?.to_str()?.strip_prefix("Level_").is_some_and(is_number);
+    (path.is_file() && is_value && is_level).then(|| level.parent().map(Path::to_path_buf)).flatten()
 }
 
 fn hierarchy(header: &Header, multifabs: &[MultiFab]) -> Result<Hierarchy, HierarchyError> {

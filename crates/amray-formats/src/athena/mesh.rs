@@ -23,8 +23,11 @@ pub(super) struct Mesh {
     /// Ghost layers around each block in the file.
     ghosts: [i64; 3],
     /// Per level, the blocks' numbers in the file and where they are, in blocks of the level.
-    levels: Vec<Vec<(u64, [i64; 3])>>,
+    levels: Vec<Vec<PlacedBlock>>,
 }
+
+/// A block's number in the file, and where it is.
+type PlacedBlock = (u64, [i64; 3]);
 
 impl Mesh {
     pub(super) fn read(root: &Hdf5Group) -> Result<Self, FormatError> {
@@ -57,7 +60,7 @@ impl Mesh {
 
     pub(super) fn hierarchy(&self) -> Result<Hierarchy, HierarchyError> {
         let domain = IndexBox::new([0; 3], self.root);
-        let level = |(number, blocks): (usize, &Vec<(u64, [i64; 3])>)| LevelDescription {
+        let level = |(number, blocks): (usize, &Vec<PlacedBlock>)| LevelDescription {
             ratio: [if number == 0 { 1 } else { 2 }; 3],
             cell_size: self.cell_size.map(|width| width / (1u64 << number) as f64),
             domain: domain.refined([1 << number; 3]),
@@ -108,9 +111,8 @@ impl Mesh {
         let ghosts = if ghosts.is_finite() { ghosts.round() as i64 } else { -1 };
         let inner = stored - 2 * ghosts.clamp(0, stored);
         let off = placed().find(|&(level, block, place)| {
-            // Not `>`: what is no number is off, too.
             let distance = (begin(level, block) - (place * inner - ghosts) as f64).abs();
-            !(distance <= TOLERANCE * (1.0 + (place * inner) as f64 * 1e-4))
+            distance.is_nan() || distance > TOLERANCE * (1.0 + (place * inner) as f64 * 1e-4)
         });
         if ghosts < 0 || inner < 1 || off.is_some() {
             let block = off.map_or(block, |(_, block, _)| block);
@@ -124,7 +126,7 @@ impl Mesh {
 }
 
 /// The blocks of each level.
-fn levels(root: &Hdf5Group) -> Result<Vec<Vec<(u64, [i64; 3])>>, FormatError> {
+fn levels(root: &Hdf5Group) -> Result<Vec<Vec<PlacedBlock>>, FormatError> {
     let (of_blocks, places) = (root.data_set("Levels")?, root.data_set("LogicalLocations")?);
     let (numbers, locations) = (of_blocks.integers()?, places.integers()?);
     if locations.len() != numbers.len().saturating_mul(3) {

@@ -62,7 +62,7 @@ impl AthenaFile {
         match root.text("Coordinates")?.as_deref() {
             None | Some("cartesian" | "minkowski") => {}
             Some(other) => {
-                warnings.push(format!("the coordinates are {other}, but are shown as if they were Cartesian"))
+                warnings.push(format!("the coordinates are {other}, but are shown as if they were Cartesian"));
             }
         }
         let (mut sets, mut variables, mut fields) = (Vec::new(), Vec::new(), Vec::new());
@@ -79,7 +79,8 @@ impl AthenaFile {
                 let name = names.get(variables.len()).ok_or_else(|| {
                     values.malformed(&format!("more variables than the {} VariableNames", names.len()))
                 })?;
-                fields.push(FieldInfo { name: name.clone(), voxel_type: values.voxel_type_in_memory()? });
+                let (name, voxel_type) = (name.clone(), values.voxel_type_in_memory()?);
+                fields.push(FieldInfo { name, voxel_type, unit: None });
                 variables.push(Variable { set, number });
             }
             let storage = values.storage()?;
@@ -126,7 +127,7 @@ impl DataSet for AthenaFile {
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        let FieldInfo { name, voxel_type } = &self.fields[field];
+        let FieldInfo { name, voxel_type, .. } = &self.fields[field];
         let values = match voxel_type {
             VoxelType::F32 => self.bricks::<f32>(field, progress)?,
             VoxelType::F64 => self.bricks::<f64>(field, progress)?,

@@ -99,7 +99,7 @@ impl ChomboFile {
         }
         // By now every component of every brick is known to have its place in the file: the count can be believed.
         let fields = field_names(&root, components, &mut warnings);
-        let fields = fields.into_iter().map(|name| FieldInfo { name, voxel_type }).collect();
+        let fields = fields.into_iter().map(|name| FieldInfo { name, voxel_type, unit: None }).collect();
         let (hierarchy, expressions) = (Arc::new(hierarchy), expressions::read(&root));
         let options = *options;
         Ok(Self { hdf5, time, hierarchy, centering, fields, expressions, levels, warnings, options })
@@ -144,7 +144,7 @@ impl DataSet for ChomboFile {
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        let FieldInfo { name, voxel_type } = &self.fields[field];
+        let FieldInfo { name, voxel_type, .. } = &self.fields[field];
         let values = match voxel_type {
             VoxelType::F32 => self.read_values::<f32>(field, progress)?,
             VoxelType::F64 => self.read_values::<f64>(field, progress)?,

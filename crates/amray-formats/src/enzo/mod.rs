@@ -5,6 +5,7 @@
 
 mod grids;
 mod text;
+mod units;
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -83,12 +84,12 @@ impl EnzoDump {
         let time = parameters.find("InitialTime")?.number()?;
         let (fields, warnings) = (Vec::new(), Vec::new());
         let mut dump = Self { path: path.into(), time, hierarchy, grids, files, fields, warnings, options: *options };
-        dump.find_fields()?;
+        dump.find_fields(&units::of_fields(&parameters))?;
         Ok(dump)
     }
 
     /// Fields are what every grid has, with a value for each of its cells.
-    fn find_fields(&mut self) -> Result<(), FormatError> {
+    fn find_fields(&mut self, units: &BTreeMap<String, String>) -> Result<(), FormatError> {
         let mut counts: Vec<(String, usize, VoxelType)> = Vec::new();
         for grid in &self.grids {
             let group = self.group(grid)?;
@@ -113,7 +114,8 @@ impl EnzoDump {
         }
         for (name, count, voxel_type) in counts {
             if count == self.grids.len() {
-                self.fields.push(FieldInfo { name, voxel_type });
+                let unit = units.get(&name).cloned();
+                self.fields.push(FieldInfo { name, voxel_type, unit });
             } else {
                 let missing = self.grids.len() - count;
                 self.warnings.push(format!("{name} is left out: {missing} of {} grids lack it", self.grids.len()));
@@ -164,7 +166,7 @@ impl DataSet for EnzoDump {
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        let FieldInfo { name, voxel_type } = &self.fields[field];
+        let FieldInfo { name, voxel_type, .. } = &self.fields[field];
         let values = match voxel_type {
             VoxelType::F32 => self.bricks::<f32>(name, progress)?,
             VoxelType::F64 => self.bricks::<f64>(name, progress)?,

@@ -158,6 +158,42 @@ impl Hdf5Set {
             .ok_or_else(|| self.malformed(&format!("{}, expected numbers", describe(datatype))))
     }
 
+    /// All elements, which must be strings of a fixed length, without padding.
+    ///
+    /// # Errors
+    /// [`FormatError::Malformed`] where they are something else or cannot be read.
+    pub(crate) fn texts(&self) -> Result<Vec<String>, FormatError> {
+        match self.set.dtype() {
+            Datatype::String { .. } => Ok(self.decoded(|bytes| Some(trimmed(bytes)))?.unwrap_or_default()),
+            other => Err(self.malformed(&format!("{}, expected strings", describe(other)))),
+        }
+    }
+
+    /// All elements, which must be compounds of a string of a fixed length and a number.
+    ///
+    /// # Errors
+    /// [`FormatError::Malformed`] where they are something else or cannot be read.
+    pub(crate) fn named_numbers(&self) -> Result<Vec<(String, f64)>, FormatError> {
+        let expected = "expected compounds of a name and a number";
+        let Datatype::Compound { fields, .. } = self.set.dtype() else {
+            return Err(self.malformed(&format!("{}, {expected}", describe(self.set.dtype()))));
+        };
+        let (Some(name), Some(value)) = (
+            fields.iter().find(|field| matches!(field.datatype, Datatype::String { .. })),
+            fields.iter().find(|field| !matches!(field.datatype, Datatype::String { .. })),
+        ) else {
+            return Err(self.malformed(expected));
+        };
+        let decode = |bytes: &[u8]| {
+            let text = bytes.get(name.byte_offset as usize..)?;
+            let length = value.byte_offset.saturating_sub(name.byte_offset) as usize;
+            // Names come first, or last.
+            let text = if length > 0 { text.get(..length)? } else { text };
+            Some((trimmed(text), float(&value.datatype, bytes.get(value.byte_offset as usize..)?)?))
+        };
+        self.decoded(decode)?.ok_or_else(|| self.malformed(expected))
+    }
+
     /// The integer members `members` of all elements, which must be compounds. Other members and padding are skipped.
     ///
     /// # Errors
@@ -220,4 +256,10 @@ impl Hdf5Set {
         // `storage` gives no bytes for elements without a size.
         Ok(bytes.chunks_exact(element.max(1)).map(decode).collect())
     }
+}
+
+/// A string that may be padded with zeros or spaces.
+fn trimmed(bytes: &[u8]) -> String {
+    let end = bytes.iter().position(|&byte| byte == 0).unwrap_or(bytes.len());
+    super::one_line(String::from_utf8_lossy(&bytes[..end]).trim_end())
 }

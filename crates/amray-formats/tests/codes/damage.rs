@@ -7,7 +7,7 @@ use amray_formats::{OpenOptions, open};
 use amray_testing::{Random, real_data};
 
 /// Opens what may be damaged and reads a field of it.
-fn survive(path: &Path) -> Result<(), String> {
+pub(crate) fn survive(path: &Path) -> Result<(), String> {
     let data = open(path, &OpenOptions::default()).map_err(|error| error.to_string())?;
     if !data.fields().is_empty() {
         data.read_field(0, &|_| {}).map_err(|error| error.to_string())?;
@@ -16,7 +16,7 @@ fn survive(path: &Path) -> Result<(), String> {
 }
 
 /// Replaces a few bytes, mostly of the file's first `head` ones, where the structure is.
-fn mutated(content: &[u8], random: &mut Random, head: usize) -> Vec<u8> {
+pub(crate) fn mutated(content: &[u8], random: &mut Random, head: usize) -> Vec<u8> {
     let mut content = content.to_vec();
     for _ in 0..random.integer(1, 8) {
         let end = if random.chance(0.9) { head.min(content.len()) } else { content.len() };

@@ -20,6 +20,7 @@ fn grids_are_on_the_levels_that_pointers_tell() {
     let Some(path) = real_data("enzo/collapse_deep/DD0005") else { return };
     let data = opened(&path);
     assert_near(data.time().unwrap(), 4.9999982330117);
+    assert_eq!(data.fields()[0].unit.as_deref(), Some("1.673e-20 CGS"));
     // One in the leaf cells of each grid.
     let known = [
         ([0.90625, 0.65625, 0.40625], 0.9724083529021694),

@@ -3,11 +3,13 @@
 mod athena;
 mod damage;
 mod enzo;
+mod flash;
 
 use std::path::Path;
 use std::sync::Arc;
 
 use amray::Volume;
+use amray::hierarchy::Level;
 use amray::index::Index;
 use amray::reconstruction::Method;
 use amray_formats::{DataSet, OpenOptions, find_field, open};
@@ -29,7 +31,7 @@ fn names(data: &dyn DataSet) -> Vec<&str> {
 
 /// Cells per level, covered ones included.
 fn cells(data: &dyn DataSet) -> Vec<u64> {
-    data.hierarchy().levels().iter().map(|level| level.cells()).collect()
+    data.hierarchy().levels().iter().map(Level::cells).collect()
 }
 
 /// A field of a data set, in its cells.

@@ -190,7 +190,8 @@ fn levels_of_other_precision_are_refused() {
 fn what_is_no_plotfile_is_refused() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().display();
-    let expected = format!("{path}: neither a directory with a file Header nor that file, expected an AMReX plotfile");
+    let expected =
+        format!("{path}: neither a directory with a file Header nor a file of a plotfile, expected an AMReX plotfile");
     assert_eq!(open(directory.path()).unwrap_err().to_string(), expected);
     assert!(!AmrexPlotfile::recognises(directory.path()));
     assert!(!AmrexPlotfile::recognises(Path::new("/nonexistent")));

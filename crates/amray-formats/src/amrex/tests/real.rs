@@ -122,7 +122,7 @@ fn every_plotfile_opens_as_it_was_written() {
         let hierarchy = plotfile.hierarchy();
         assert_eq!(plotfile.time(), Some(expected.time), "{}", expected.name);
         assert_eq!(plotfile.warnings(), [""; 0]);
-        assert_eq!(plotfile.fields(), [FieldInfo { name: "phi".into(), voxel_type: expected.voxel_type }]);
+        assert_eq!(plotfile.fields(), [FieldInfo { name: "phi".into(), voxel_type: expected.voxel_type, unit: None }]);
         assert_eq!(hierarchy.bounds(), [[0.0; 3], [1.0; 3]]);
         let ratios: Vec<_> = hierarchy.levels().iter().map(|level| level.ratio()).collect();
         assert_eq!(ratios, [[1; 3], [expected.ratios[0]; 3], [expected.ratios[1]; 3]]);
@@ -174,6 +174,21 @@ fn finer_levels_can_be_left_out() {
 fn particles_are_no_plotfile() {
     let Some(path) = data("plt_small") else { return };
     assert!(!AmrexPlotfile::recognises(&path.join("particles")));
+    assert!(!AmrexPlotfile::recognises(&path.join("particles/Header")));
     assert!(!AmrexPlotfile::recognises(&path.join("Level_0")));
-    assert!(!AmrexPlotfile::recognises(&path.join("Level_0/Cell_H")));
+}
+
+#[test]
+fn the_files_of_levels_open_their_plotfile() {
+    let Some(path) = data("plt_small") else { return };
+    let whole = open(&path).unwrap();
+    for name in ["Level_0/Cell_H", "Level_2/Cell_H", "Level_1/Cell_D_00000"] {
+        assert!(AmrexPlotfile::recognises(&path.join(name)), "{name}");
+        let plotfile = open(&path.join(name)).unwrap();
+        assert_eq!(plotfile.hierarchy(), whole.hierarchy(), "{name}");
+        assert_eq!(read(&plotfile, 0).value(17, [3, 16, 4]), 1.0000000002971052);
+    }
+    for name in ["Level_9/Cell_H", "Level_0/Cell_D_", "Level_0/Cell_D_99999", "Level_0/Cell"] {
+        assert!(!AmrexPlotfile::recognises(&path.join(name)), "{name}");
+    }
 }
