@@ -191,7 +191,7 @@ fn errors_are_one_line_that_helps() {
     assert_eq!(fails(here, &["info", "empty"]), format!("amray: empty: an empty file, {expected}"));
     assert_eq!(
         fails(here, &["info", "folder"]),
-        format!("amray: folder: a directory without a plotfile's Header, {expected}")
+        format!("amray: folder: a directory without the files of a plotfile or a dump, {expected}")
     );
     assert!(fails(here, &["info", "nowhere"]).starts_with("amray: nowhere: cannot open: "));
     let field = fails(here, &["render", path, "--field", "densty"]);
