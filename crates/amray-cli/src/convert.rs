@@ -250,11 +250,10 @@ fn write_bricks<T: Voxel>(
     bricks: &[BrickValues<T>],
 ) -> Result<(), FormatError> {
     let places: Vec<_> = hierarchy.bricks().collect();
-    places.into_par_iter().zip(bricks).try_for_each(|(brick, cells)| {
-        let mut values = Vec::with_capacity(brick.cells.cells() as usize);
-        cells.for_each([0; 3], cells.size(), |value| values.push(value));
-        writer.write_brick(brick.level, brick.number, component, &values)
-    })
+    places
+        .into_par_iter()
+        .zip(bricks)
+        .try_for_each(|(brick, cells)| writer.write_brick(brick.level, brick.number, component, &cells.to_vec()))
 }
 
 impl Report {

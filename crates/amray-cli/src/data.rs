@@ -88,6 +88,12 @@ impl DataSection {
     }
 }
 
+/// A data set without its values, and how long it took to open it.
+pub(crate) struct Source {
+    data: Box<dyn DataSet>,
+    seconds: f64,
+}
+
 /// A volume, and how long it took to get it.
 pub(crate) struct Opened {
     pub(crate) volume: Volume,
@@ -151,6 +157,11 @@ fn last_name(path: &Path) -> Option<String> {
     Some(path.file_name()?.to_string_lossy().into_owned())
 }
 
+/// The unit of a field, where the data set states one.
+pub(crate) fn unit_of<'a>(data: &'a dyn DataSet, name: &str) -> Option<&'a str> {
+    data.fields().iter().find(|field| field.name == name)?.unit.as_deref()
+}
+
 /// A field's name with its unit, such as `density [g/cm^3]`.
 pub(crate) fn with_unit(name: &str, unit: Option<&str>) -> String {
     unit.map_or_else(|| name.to_owned(), |unit| format!("{name} [{unit}]"))
@@ -170,10 +181,9 @@ impl VolumeArguments {
 
     /// The coarse levels, to be looked at while the finer ones are read, where all of them take more memory than they
     /// may: those that take a small part of it.
-    pub(crate) fn coarse_part(&self) -> anyhow::Result<Option<Self>> {
+    pub(crate) fn coarse_part(&self, Source { data, .. }: &Source) -> Option<Self> {
         /// What is small.
         const SHARE: u64 = 16;
-        let data = self.data().open()?;
         let voxel = data.fields().iter().map(|field| field.voxel_type.bytes() as u64).max().unwrap_or(0);
         let mut bytes = 0;
         let up_to = data.hierarchy().levels().iter().map(|level| {
@@ -183,13 +193,10 @@ impl VolumeArguments {
         let up_to: Vec<u64> = up_to.collect();
         let most = self.section.memory.most();
         if bytes <= most {
-            return Ok(None);
+            return None;
         }
-        let finest = up_to.iter().rposition(|&bytes| bytes <= most / SHARE);
-        Ok(finest.map(|finest| Self {
-            section: DataSection { max_level: Some(finest), ..self.section.clone() },
-            ..self.clone()
-        }))
+        let finest = up_to.iter().rposition(|&bytes| bytes <= most / SHARE)?;
+        Some(Self { section: DataSection { max_level: Some(finest), ..self.section.clone() }, ..self.clone() })
     }
 
     /// How much memory values may take.
@@ -197,21 +204,27 @@ impl VolumeArguments {
         self.section.memory
     }
 
-    /// Opens the data set, says on standard error what is unusual about it, reads the field and builds the index.
-    pub(crate) fn open(&self) -> anyhow::Result<Opened> {
-        self.open_beside(None)
+    /// Opens the data set without its values.
+    pub(crate) fn source(&self) -> anyhow::Result<Source> {
+        let start = Instant::now();
+        Ok(Source { data: self.data().open()?, seconds: start.elapsed().as_secs_f64() })
     }
 
-    /// [`open`](Self::open), where a data set that may have the same mesh is open already, with its index.
-    pub(crate) fn open_beside(&self, index: Option<Arc<Index>>) -> anyhow::Result<Opened> {
+    /// Opens the data set, says on standard error what is unusual about it, reads the field and builds the index.
+    pub(crate) fn open(&self) -> anyhow::Result<Opened> {
+        self.read_from(self.source()?, None)
+    }
+
+    /// [`open`](Self::open) of what has been opened without its values. It shares an `index` of the same mesh.
+    pub(crate) fn read_from(&self, source: Source, index: Option<Arc<Index>>) -> anyhow::Result<Opened> {
         let start = Instant::now();
-        let data = self.data().open()?;
+        let Source { data, seconds } = source;
         for warning in warnings(&*data) {
             note(&format!("amray: warning: {}: {warning}", self.path.display()));
         }
         let field = self.read(&*data, self.section.field.as_deref())?;
         let watch = self.section.memory.watch(&field);
-        let open_seconds = start.elapsed().as_secs_f64();
+        let open_seconds = seconds + start.elapsed().as_secs_f64();
         let start = Instant::now();
         let shared = index.filter(|index| index.hierarchy() == data.hierarchy());
         let build = || with_spinner("indexing", || Arc::new(Index::build(data.hierarchy().clone())));
@@ -221,8 +234,7 @@ impl VolumeArguments {
             let name = volume.field().name();
             note(&format!("amray: warning: {}: {name} is node-centred: --method is left alone", self.path.display()));
         }
-        let unit = data.fields().iter().find(|field| field.name == volume.field().name());
-        let title = with_unit(volume.field().name(), unit.and_then(|field| field.unit.as_deref()));
+        let title = with_unit(volume.field().name(), unit_of(&*data, volume.field().name()));
         Ok(Opened { volume, title, data, open_seconds, index_seconds: start.elapsed().as_secs_f64(), watch })
     }
 

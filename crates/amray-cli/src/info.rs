@@ -15,7 +15,7 @@ use clap::Args;
 use serde::Serialize;
 use serde_json::json;
 
-use crate::data::{self, DataArguments, with_unit};
+use crate::data::{self, DataArguments, unit_of, with_unit};
 use crate::memory::MemoryArguments;
 use crate::number::{bytes, grouped};
 use crate::progress::{with_progress, with_spinner};
@@ -207,7 +207,7 @@ fn describe(
 
 fn describe_field(data: &dyn DataSet, index: &Arc<Index>, field: Field) -> FieldDescription {
     let name = field.name().to_owned();
-    let unit = data.fields().iter().find(|known| known.name == name).and_then(|known| known.unit.clone());
+    let unit = unit_of(data, &name).map(str::to_owned);
     let bytes = index.hierarchy().cells() * field.voxel_type().bytes() as u64;
     let owned_bytes = field.bytes(Residence::Owned);
     let range = with_spinner(&name, || Volume::new(index.clone(), field, Method::Nearest).leaf_range());

@@ -133,9 +133,10 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
     // What cannot be written is better known before the work than after it.
     check_writable(&output)?;
     arguments.save_scene.as_deref().map(check_writable).transpose()?;
-    if let Some(coarse) = data.coarse_part()? {
+    let source = data.source()?;
+    if let Some(coarse) = data.coarse_part(&source) {
         let finest = coarse.data().max_level.unwrap_or(0);
-        let stage = Stage::open(document.clone(), &coarse, None)?;
+        let stage = Stage::open(document.clone(), &coarse, coarse.source()?, None)?;
         let camera = stage.camera()?;
         let outlines = stage.outlines(&camera)?;
         let scenes = stage.scenes(camera, outlines.as_ref())?;
@@ -143,7 +144,7 @@ pub(crate) fn picture(arguments: &Arguments) -> anyhow::Result<Report> {
         write(&stage, stage.films(&scenes, "coarse")?.0, &scenes, &output, format)?;
         note(&format!("amray: {} has levels up to {finest}; the finer ones follow", output.display()));
     }
-    let stage = Stage::open(document, &data, None)?;
+    let stage = Stage::open(document, &data, source, None)?;
     let camera = stage.camera()?;
     let outlines = stage.outlines(&camera)?;
     let scenes = stage.scenes(camera, outlines.as_ref())?;

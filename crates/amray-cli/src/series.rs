@@ -95,7 +95,8 @@ impl<'a> Steps<'a> {
 pub(crate) fn open(mut document: SceneDocument, path: &Path, index: Option<Arc<Index>>) -> anyhow::Result<Stage> {
     document.data.path = Some(path.into());
     let data = document.data.volume().expect("the path has just been set");
-    Stage::open(document, &data, index)
+    let source = data.source()?;
+    Stage::open(document, &data, source, index)
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use amray_mesh::Mesh;
 
 use crate::annotations;
 use crate::appearance::AppearanceArguments;
-use crate::data::{Opened, VolumeArguments};
+use crate::data::{Opened, Source, VolumeArguments};
 use crate::fields::OtherFields;
 use crate::memory::Watch;
 use crate::progress::with_spinner;
@@ -43,16 +43,17 @@ pub(crate) struct Stage {
 }
 
 impl Stage {
-    /// Opens the data of a document, which share an `index` of the same mesh.
+    /// Reads the data of a document from their `source`; they share an `index` of the same mesh.
     pub(crate) fn open(
         document: SceneDocument,
         data: &VolumeArguments,
+        source: Source,
         index: Option<Arc<Index>>,
     ) -> anyhow::Result<Self> {
         document.light_paths.check()?;
         let picture = &document.picture;
         let size = picture.size.unwrap_or(if document.camera.panorama { PANORAMA_SIZE } else { SIZE });
-        let opened = data.open_beside(index)?;
+        let opened = data.read_from(source, index)?;
         document.surfaces.warn(&opened.volume);
         let colors = |data: &_, volume: &_| AppearanceArguments::default().transfer_function(data, volume);
         let surfaces = document.surfaces.data(data, &opened, colors)?;

@@ -14,12 +14,15 @@ mod error;
 mod flash;
 mod hdf5;
 mod mapped_file;
+mod number;
 mod open;
 pub mod output;
 pub mod picture;
 pub mod points;
+mod refined;
 mod relative_path;
 mod store;
+mod stored_bricks;
 pub mod structured;
 
 use std::path::Path;

@@ -1,7 +1,7 @@
 //! Files that are read where they lie: mapped into memory, if they are regular files.
 
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -19,6 +19,16 @@ pub(crate) fn open_regular(path: &Path) -> Result<File, FormatError> {
         return Err(error(io::Error::other("not a regular file")));
     }
     File::open(path).map_err(error)
+}
+
+/// The first bytes of a file, at most so many.
+///
+/// # Errors
+/// [`FormatError::Io`] where there is no such regular file or it cannot be read.
+pub(crate) fn start_of(path: &Path, bytes: u64) -> Result<Vec<u8>, FormatError> {
+    let mut start = Vec::new();
+    open_regular(path)?.take(bytes).read_to_end(&mut start).map_err(FormatError::io(path, "read"))?;
+    Ok(start)
 }
 
 /// Maps a whole file.

@@ -1,7 +1,6 @@
 //! From a path to a data set: which format is it?
 
-use std::fs::{self, File};
-use std::io::Read;
+use std::fs;
 use std::path::Path;
 
 use crate::athena::{AthenaFile, named_in_xdmf};
@@ -9,6 +8,7 @@ use crate::completed::Completed;
 use crate::enzo::EnzoDump;
 use crate::flash::FlashFile;
 use crate::hdf5::Hdf5;
+use crate::mapped_file::start_of;
 use crate::{AmrexPlotfile, ChomboFile, DataSet, FormatError, OpenOptions};
 
 /// The formats that are read.
@@ -68,10 +68,7 @@ fn open_hdf5(hdf5: Hdf5, options: &OpenOptions) -> Result<Box<dyn DataSet>, Form
 
 /// What a file that no reader knows looks like.
 fn described(path: &Path) -> Result<String, FormatError> {
-    let mut start = Vec::new();
-    let file = File::open(path).map_err(FormatError::io(path, "open"))?;
-    file.take(16).read_to_end(&mut start).map_err(FormatError::io(path, "read"))?;
-    Ok(match start.as_slice() {
+    Ok(match start_of(path, 16)?.as_slice() {
         [] => "an empty file".into(),
         text if text.iter().all(|byte| byte.is_ascii_graphic() || byte.is_ascii_whitespace()) => {
             format!("a text file that starts with {:?}", String::from_utf8_lossy(text))

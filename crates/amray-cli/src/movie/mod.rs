@@ -117,24 +117,25 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let left: Vec<_> = (0..count).zip(cameras).filter(|(frame, _)| !frames.path(*frame).exists()).collect();
     let mut steps = Steps::new(&document, &paths, first.volume.index().clone());
     let mut step = (0, first);
-    for (place, &(frame, camera)) in left.iter().enumerate() {
-        let number = step_of(frame);
+    let mut of_steps = left.chunk_by(|a, b| step_of(a.0) == step_of(b.0)).peekable();
+    while let Some(of_step) = of_steps.next() {
+        let number = step_of(of_step[0].0);
         if step.0 != number {
             drop(step);
             step = (number, steps.open(number)?);
         }
-        let starts = place == 0 || step_of(left[place - 1].0) != number;
-        let next = left[place..].iter().map(|(frame, _)| step_of(*frame)).find(|next| *next != number);
-        if let Some(next) = next.filter(|_| starts) {
-            steps.prepare(next);
+        if let Some(next) = of_steps.peek() {
+            steps.prepare(step_of(next[0].0));
         }
         let stage = &step.1;
-        let outlines = stage.outlines(&camera)?;
-        let scenes = stage.scenes(camera, outlines.as_ref())?;
-        stage.prepare();
-        let (films, _) = stage.films(&scenes, &format!("{}/{count}", frame + 1))?;
-        let picture = stage.picture(&films, &scenes);
-        write_png(&frames.path(frame), [picture.width(), picture.height()], picture.pixels())?;
+        for &(frame, camera) in of_step {
+            let outlines = stage.outlines(&camera)?;
+            let scenes = stage.scenes(camera, outlines.as_ref())?;
+            stage.prepare();
+            let (films, _) = stage.films(&scenes, &format!("{}/{count}", frame + 1))?;
+            let picture = stage.picture(&films, &scenes);
+            write_png(&frames.path(frame), [picture.width(), picture.height()], picture.pixels())?;
+        }
     }
     if let Some(encoder) = encoder {
         encoder.encode(&frames)?;

@@ -6,13 +6,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use amray::hierarchy::{BrickValues, IndexBox, ValueBuffer, Voxel, VoxelType, contiguous_strides};
+use amray::hierarchy::{BrickValues, IndexBox, ValueBuffer, VoxelType, contiguous_strides};
 use memmap2::Mmap;
 
 use super::multifab::{FabOnDisk, MultiFab};
 use super::real_format::{REAL_FORMAT, RealFormat};
 use super::text::{INDEX_BOX, Scanner, shown};
 use crate::store::Store;
+use crate::stored_bricks::StoredVoxel;
 use crate::{FormatError, mapped_file};
 
 /// No FAB header is longer than this.
@@ -47,24 +48,6 @@ struct FabHeader {
     components: u32,
     /// Its own length.
     bytes: usize,
-}
-
-/// A number whose bytes may be stored in the other order.
-pub(super) trait SwapBytes: Voxel {
-    /// The number with its bytes in the other order.
-    fn swap_bytes(self) -> Self;
-}
-
-impl SwapBytes for f32 {
-    fn swap_bytes(self) -> Self {
-        Self::from_bits(self.to_bits().swap_bytes())
-    }
-}
-
-impl SwapBytes for f64 {
-    fn swap_bytes(self) -> Self {
-        Self::from_bits(self.to_bits().swap_bytes())
-    }
 }
 
 impl DataFile {
@@ -138,7 +121,11 @@ impl Fab {
     ///
     /// # Panics
     /// Where there is no such component.
-    pub(super) fn values<T: SwapBytes>(&self, component: usize, store: &Store) -> Result<BrickValues<T>, FormatError> {
+    pub(super) fn values<T: StoredVoxel>(
+        &self,
+        component: usize,
+        store: &Store,
+    ) -> Result<BrickValues<T>, FormatError> {
         let stored_size = self.stored.size().map(|cells| cells as usize);
         let size = self.cells.size().map(|cells| cells as usize);
         let stride = contiguous_strides(stored_size);

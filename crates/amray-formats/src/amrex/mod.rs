@@ -14,14 +14,14 @@ mod text;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-use amray::hierarchy::{BrickValues, Field, FieldValues, Hierarchy, HierarchyError, LevelDescription, VoxelType};
+use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy, HierarchyError, LevelDescription};
 use rayon::prelude::*;
 
 use crate::store::Store;
+use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
-use fab::{DataFile, Fab, SwapBytes};
+use fab::{DataFile, Fab};
 use header::{Coordinates, Header};
 use multifab::MultiFab;
 
@@ -82,28 +82,16 @@ impl AmrexPlotfile {
         let (path, options) = (path.into(), *options);
         Ok(Self { path, time: header.time, hierarchy: Arc::new(hierarchy), fields, fabs, warnings, options })
     }
+}
 
-    /// One component of every brick, in parallel.
-    fn bricks<T: SwapBytes>(
+impl StoredBricks for AmrexPlotfile {
+    fn bricks<T: StoredVoxel>(
         &self,
-        component: usize,
+        field: usize,
         progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<FieldValues, FormatError>
-    where
-        FieldValues: From<Vec<BrickValues<T>>>,
-    {
+    ) -> Result<Vec<BrickValues<T>>, FormatError> {
         let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
-        let done = AtomicUsize::new(0);
-        let bricks: Result<Vec<BrickValues<T>>, _> = self
-            .fabs
-            .par_iter()
-            .map(|fab| {
-                let values = fab.values(component, &store);
-                progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / self.fabs.len() as f64);
-                values
-            })
-            .collect();
-        Ok(bricks?.into())
+        stored_bricks::read_each(&self.fabs, progress, |fab| fab.values(field, &store))
     }
 }
 
@@ -125,13 +113,7 @@ impl DataSet for AmrexPlotfile {
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        let FieldInfo { name, voxel_type, .. } = &self.fields[field];
-        let values = match voxel_type {
-            VoxelType::F32 => self.bricks::<f32>(field, progress)?,
-            VoxelType::F64 => self.bricks::<f64>(field, progress)?,
-        };
-        Field::new(name, values, &self.hierarchy)
-            .map_err(|source| FormatError::Field { path: self.path.clone(), source })
+        stored_bricks::read_field(self, &self.path, Centering::Cells, field, progress)
     }
 
     fn warnings(&self) -> &[String] {

@@ -1,10 +1,11 @@
 //! Where the blocks of an Athena++ file lie.
 
-use amray::hierarchy::{Hierarchy, HierarchyError, IndexBox, LevelDescription};
+use amray::hierarchy::{Hierarchy, HierarchyError, IndexBox};
 
 use super::per_axis;
 use crate::FormatError;
 use crate::hdf5::Hdf5Group;
+use crate::refined::Root;
 
 /// Athena++ itself counts locations in 32 bits.
 const MOST_LEVELS: i64 = 32;
@@ -13,11 +14,7 @@ const TOLERANCE: f64 = 0.05;
 
 /// The blocks of a file.
 pub(super) struct Mesh {
-    /// The low corner of the domain, and a cell of level 0.
-    low: [f64; 3],
-    cell_size: [f64; 3],
-    /// Cells of level 0.
-    root: [i64; 3],
+    root: Root,
     /// Cells of a block, without ghosts.
     block: [i64; 3],
     /// Ghost layers around each block in the file.
@@ -51,7 +48,8 @@ impl Mesh {
             cell_size[axis] = (to - from) / size[axis] as f64;
         }
         let levels = levels(root)?;
-        let mut mesh = Self { low, cell_size, root: size, block, ghosts: [0; 3], levels };
+        let grid = Root { low, cell_size, cells: size, ratio: 2 };
+        let mut mesh = Self { root: grid, block, ghosts: [0; 3], levels };
         for axis in 0..3 {
             mesh.find_ghosts(root, axis)?;
         }
@@ -59,14 +57,10 @@ impl Mesh {
     }
 
     pub(super) fn hierarchy(&self) -> Result<Hierarchy, HierarchyError> {
-        let domain = IndexBox::new([0; 3], self.root);
-        let level = |(number, blocks): (usize, &Vec<PlacedBlock>)| LevelDescription {
-            ratio: [if number == 0 { 1 } else { 2 }; 3],
-            cell_size: self.cell_size.map(|width| width / (1u64 << number) as f64),
-            domain: domain.refined([1 << number; 3]),
-            bricks: blocks.iter().map(|&(_, place)| self.cells(place)).collect(),
-        };
-        Hierarchy::new(self.low, self.levels.iter().enumerate().map(level).collect())
+        let levels = self.levels.iter().enumerate();
+        let bricks =
+            levels.flat_map(|(level, blocks)| blocks.iter().map(move |&(_, place)| (level, self.cells(place))));
+        self.root.hierarchy(self.levels.len(), bricks)
     }
 
     /// The blocks' numbers in the file, in the order of the hierarchy's bricks.
@@ -98,9 +92,7 @@ impl Mesh {
         let faces_of = faces.floats()?;
         let first = |block: u64| faces_of[block as usize * (stored as usize + 1)];
         // In cells of the block's level from the domain's low corner on.
-        let begin = |level: usize, block: u64| {
-            (first(block) - self.low[axis]) / (self.cell_size[axis] / (1u64 << level) as f64)
-        };
+        let begin = |level: usize, block: u64| (first(block) - self.root.low[axis]) / self.root.cell_size(level)[axis];
         let placed = || {
             let levels = self.levels.iter().enumerate();
             levels.flat_map(|(level, blocks)| blocks.iter().map(move |&(block, place)| (level, block, place[axis])))

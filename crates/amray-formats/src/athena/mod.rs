@@ -7,13 +7,12 @@ mod mesh;
 mod xdmf;
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-use amray::hierarchy::{BrickValues, Field, FieldValues, Hierarchy, Voxel, VoxelType};
-use rayon::prelude::*;
+use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy};
 
 use crate::hdf5::{Block, Hdf5, Hdf5Group, Hdf5Set, Storage};
 use crate::store::Store;
+use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
 use mesh::Mesh;
 pub(crate) use xdmf::named_in_xdmf;
@@ -89,23 +88,21 @@ impl AthenaFile {
         let time = root.float("Time")?;
         Ok(Self { hdf5, time, hierarchy, mesh, fields, variables, sets, warnings, options: *options })
     }
+}
 
-    fn bricks<T: Voxel>(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<FieldValues, FormatError>
-    where
-        FieldValues: From<Vec<BrickValues<T>>>,
-    {
+impl StoredBricks for AthenaFile {
+    fn bricks<T: StoredVoxel>(
+        &self,
+        field: usize,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Vec<BrickValues<T>>, FormatError> {
         let Variable { set, number } = self.variables[field];
         let (values, storage) = &self.sets[set];
         let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
-        let blocks = self.mesh.blocks();
-        let (count, done) = (blocks.len(), AtomicUsize::new(0));
-        let read = |block: u64| {
+        stored_bricks::read_each(&self.mesh.blocks(), progress, |&block| {
             let place = Block { leading: &[number, block], ghosts: self.mesh.ghosts(), size: self.mesh.block_size() };
-            let brick = values.block::<T>(self.hdf5.map(), storage, &place, &store);
-            progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
-            brick
-        };
-        Ok(blocks.into_par_iter().map(read).collect::<Result<Vec<_>, _>>()?.into())
+            values.block(self.hdf5.map(), storage, &place, &store)
+        })
     }
 }
 
@@ -127,13 +124,7 @@ impl DataSet for AthenaFile {
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        let FieldInfo { name, voxel_type, .. } = &self.fields[field];
-        let values = match voxel_type {
-            VoxelType::F32 => self.bricks::<f32>(field, progress)?,
-            VoxelType::F64 => self.bricks::<f64>(field, progress)?,
-        };
-        let wrong = |source| FormatError::Field { path: self.hdf5.path().into(), source };
-        Field::new(name, values, &self.hierarchy).map_err(wrong)
+        stored_bricks::read_field(self, self.hdf5.path(), Centering::Cells, field, progress)
     }
 
     fn leaf_only(&self) -> bool {

@@ -1,11 +1,9 @@
 //! The XDMF file that Athena++ writes beside its data, for other programs: it names the data.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use crate::FormatError;
-use crate::mapped_file::open_regular;
+use crate::mapped_file::start_of;
 
 /// The names of data come early.
 const LOOKED_AT: u64 = 1 << 16;
@@ -15,9 +13,7 @@ const LOOKED_AT: u64 = 1 << 16;
 /// # Errors
 /// [`FormatError::Io`] where the file cannot be read.
 pub(crate) fn named_in_xdmf(path: &Path) -> Result<Option<PathBuf>, FormatError> {
-    let mut start = Vec::new();
-    let file: File = open_regular(path)?;
-    file.take(LOOKED_AT).read_to_end(&mut start).map_err(FormatError::io(path, "read"))?;
+    let start = start_of(path, LOOKED_AT)?;
     let text = String::from_utf8_lossy(&start);
     if !text.contains("<Xdmf") {
         return Ok(None);

@@ -12,10 +12,11 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use amray::hierarchy::{BrickValues, Centering, Field, FieldValues, Hierarchy, IndexBox, Level, Voxel, VoxelType};
+use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy, IndexBox, Level, VoxelType};
 
-use crate::hdf5::{H5Type, Hdf5, Hdf5Group};
+use crate::hdf5::{Hdf5, Hdf5Group};
 use crate::store::Store;
+use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
 use crate::{DataSet, Definition, FieldInfo, FormatError, OpenOptions};
 use values::LevelValues;
 pub use writer::ChomboWriter;
@@ -104,15 +105,14 @@ impl ChomboFile {
         let options = *options;
         Ok(Self { hdf5, time, hierarchy, centering, fields, expressions, levels, warnings, options })
     }
+}
 
-    fn read_values<T: Voxel + H5Type>(
+impl StoredBricks for ChomboFile {
+    fn bricks<T: StoredVoxel>(
         &self,
-        component: usize,
+        field: usize,
         progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<FieldValues, FormatError>
-    where
-        FieldValues: From<Vec<BrickValues<T>>>,
-    {
+    ) -> Result<Vec<BrickValues<T>>, FormatError> {
         let places: Vec<_> = self.hierarchy.levels().iter().map(|level| places(level, self.centering)).collect();
         let all = places.iter().flatten().map(IndexBox::cells).sum::<u64>();
         let store = Store::new::<T>(all, &self.options)?;
@@ -120,9 +120,9 @@ impl ChomboFile {
         let advance = |places: u64| progress((done.fetch_add(places, Ordering::Relaxed) + places) as f64 / all as f64);
         let mut bricks = Vec::with_capacity(self.hierarchy.brick_count());
         for (values, places) in self.levels.iter().zip(&places) {
-            bricks.extend(values.read::<T>(self.hdf5.map(), component, places, &store, &advance)?);
+            bricks.extend(values.read::<T>(self.hdf5.map(), field, places, &store, &advance)?);
         }
-        Ok(bricks.into())
+        Ok(bricks)
     }
 }
 
@@ -144,13 +144,7 @@ impl DataSet for ChomboFile {
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        let FieldInfo { name, voxel_type, .. } = &self.fields[field];
-        let values = match voxel_type {
-            VoxelType::F32 => self.read_values::<f32>(field, progress)?,
-            VoxelType::F64 => self.read_values::<f64>(field, progress)?,
-        };
-        let wrong = |source| FormatError::Field { path: self.hdf5.path().into(), source };
-        Field::centered(name, self.centering, values, &self.hierarchy).map_err(wrong)
+        stored_bricks::read_field(self, self.hdf5.path(), self.centering, field, progress)
     }
 
     fn expressions(&self) -> &[Definition] {

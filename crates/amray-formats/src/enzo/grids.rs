@@ -2,23 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use amray::hierarchy::{Hierarchy, HierarchyError, IndexBox, LevelDescription};
+use amray::hierarchy::IndexBox;
 
 use super::text::{Entry, Text};
 use crate::FormatError;
+use crate::refined::Root;
 
 /// Edges are written with this many digits, in cells of the grid's level.
 const TOLERANCE: f64 = 0.01;
 /// As many as a hierarchy may have.
 const MOST_LEVELS: usize = 64;
-
-/// What the parameter file says of the mesh.
-pub(super) struct Root {
-    cells: [i64; 3],
-    low: [f64; 3],
-    cell_size: [f64; 3],
-    refine_by: i64,
-}
 
 /// One grid.
 #[derive(Clone, Debug)]
@@ -44,52 +37,29 @@ struct Block {
     next_next_level: Option<usize>,
 }
 
-impl Root {
-    pub(super) fn read(parameters: &Text) -> Result<Self, FormatError> {
-        let rank = parameters.find("TopGridRank")?;
-        if rank.number::<i64>()? != 3 {
-            return Err(rank.malformed(&format!("{}, expected 3 dimensions", rank.value)));
-        }
-        let dimensions = parameters.find("TopGridDimensions")?;
-        let cells = dimensions.numbers::<i64, 3>()?;
-        if cells.iter().any(|&cells| !(1..=1 << 30).contains(&cells)) {
-            return Err(dimensions.malformed(&format!("{cells:?}, expected counts of cells")));
-        }
-        let low = parameters.find("DomainLeftEdge")?.numbers::<f64, 3>()?;
-        let high = parameters.find("DomainRightEdge")?.numbers::<f64, 3>()?;
-        let refinement = parameters.find("RefineBy")?;
-        let refine_by = refinement.number()?;
-        if !(2..=1 << 10).contains(&refine_by) {
-            return Err(refinement.malformed(&format!("{refine_by}, expected 2 or more")));
-        }
-        let cell_size = std::array::from_fn(|axis| (high[axis] - low[axis]) / cells[axis] as f64);
-        Ok(Self { cells, low, cell_size, refine_by })
+/// What the parameter file says of the mesh.
+///
+/// # Errors
+/// [`FormatError::Malformed`] where it does not say so, or the data have fewer than three dimensions.
+pub(super) fn root(parameters: &Text) -> Result<Root, FormatError> {
+    let rank = parameters.find("TopGridRank")?;
+    if rank.number::<i64>()? != 3 {
+        return Err(rank.malformed(&format!("{}, expected 3 dimensions", rank.value)));
     }
-
-    fn cell_size(&self, level: usize) -> [f64; 3] {
-        self.cell_size.map(|width| width / (self.refine_by as f64).powi(level as i32))
+    let dimensions = parameters.find("TopGridDimensions")?;
+    let cells = dimensions.numbers::<i64, 3>()?;
+    if cells.iter().any(|&cells| !(1..=1 << 30).contains(&cells)) {
+        return Err(dimensions.malformed(&format!("{cells:?}, expected counts of cells")));
     }
-
-    /// The hierarchy of `grids`, which are sorted by their level.
-    pub(super) fn hierarchy(&self, grids: &[Grid], levels: usize) -> Result<Hierarchy, HierarchyError> {
-        let domain = |level: usize| {
-            let refined = self.refine_by.checked_pow(level as u32)?;
-            IndexBox::new([0; 3], self.cells).checked_refined([refined; 3])
-        };
-        let describe = |level: usize| {
-            let domain = domain(level).ok_or(HierarchyError::Overflow {
-                level: level.saturating_sub(1),
-                domain: IndexBox::new([0; 3], self.cells),
-            })?;
-            Ok(LevelDescription {
-                ratio: [if level == 0 { 1 } else { self.refine_by }; 3],
-                cell_size: self.cell_size(level),
-                domain,
-                bricks: grids.iter().filter(|grid| grid.level == level).map(|grid| grid.cells).collect(),
-            })
-        };
-        Hierarchy::new(self.low, (0..levels).map(describe).collect::<Result<_, _>>()?)
+    let low = parameters.find("DomainLeftEdge")?.numbers::<f64, 3>()?;
+    let high = parameters.find("DomainRightEdge")?.numbers::<f64, 3>()?;
+    let refinement = parameters.find("RefineBy")?;
+    let ratio = refinement.number()?;
+    if !(2..=1 << 10).contains(&ratio) {
+        return Err(refinement.malformed(&format!("{ratio}, expected 2 or more")));
     }
+    let cell_size = std::array::from_fn(|axis| (high[axis] - low[axis]) / cells[axis] as f64);
+    Ok(Root { low, cell_size, cells, ratio })
 }
 
 /// All grids by level, and in the order of the file on each.

@@ -11,15 +11,15 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-use amray::hierarchy::{BrickValues, Field, FieldValues, Hierarchy, Voxel, VoxelType};
-use rayon::prelude::*;
+use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy, VoxelType};
 
 use crate::hdf5::{Block, Hdf5, Hdf5Group};
+use crate::mapped_file::start_of;
 use crate::store::Store;
+use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
-use grids::{Grid, Root};
+use grids::Grid;
 use text::Text;
 
 /// An Enzo dump.
@@ -66,13 +66,14 @@ impl EnzoDump {
         let parameters = Text::read(path)?;
         let mut beside = path.as_os_str().to_owned();
         beside.push(".hierarchy");
-        let root = Root::read(&parameters)?;
+        let root = grids::root(&parameters)?;
         let mut grids = grids::read(&Text::read(Path::new(&beside))?, &root)?;
         let levels = grids.last().map_or(0, |grid| grid.level + 1);
         let levels = options.level_count(path, levels)?;
         grids.retain(|grid| grid.level < levels);
         let wrong = |source| FormatError::Hierarchy { path: path.into(), source };
-        let hierarchy = Arc::new(root.hierarchy(&grids, levels).map_err(wrong)?);
+        let bricks = grids.iter().map(|grid| (grid.level, grid.cells));
+        let hierarchy = Arc::new(root.hierarchy(levels, bricks).map_err(wrong)?);
         let mut files = BTreeMap::new();
         for grid in &grids {
             if !files.contains_key(&grid.file) {
@@ -130,21 +131,21 @@ impl EnzoDump {
         let root = self.files[&grid.file].root()?;
         root.group(&name)?.ok_or_else(|| root.malformed(&format!("no group {name}, expected it by the file of grids")))
     }
+}
 
-    fn bricks<T: Voxel>(&self, name: &str, progress: &(dyn Fn(f64) + Sync)) -> Result<FieldValues, FormatError>
-    where
-        FieldValues: From<Vec<BrickValues<T>>>,
-    {
+impl StoredBricks for EnzoDump {
+    fn bricks<T: StoredVoxel>(
+        &self,
+        field: usize,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Vec<BrickValues<T>>, FormatError> {
+        let name = &self.fields[field].name;
         let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
-        let done = AtomicUsize::new(0);
-        let read = |grid: &Grid| {
+        stored_bricks::read_each(&self.grids, progress, |grid| {
             let set = self.group(grid)?.data_set(name)?;
             let block = Block { leading: &[], ghosts: [0; 3], size: grid.cells.size().map(i64::cast_unsigned) };
-            let brick = set.block::<T>(self.files[&grid.file].map(), &set.storage()?, &block, &store);
-            progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / self.grids.len() as f64);
-            brick
-        };
-        Ok(self.grids.par_iter().map(read).collect::<Result<Vec<_>, _>>()?.into())
+            set.block(self.files[&grid.file].map(), &set.storage()?, &block, &store)
+        })
     }
 }
 
@@ -166,13 +167,7 @@ impl DataSet for EnzoDump {
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        let FieldInfo { name, voxel_type, .. } = &self.fields[field];
-        let values = match voxel_type {
-            VoxelType::F32 => self.bricks::<f32>(name, progress)?,
-            VoxelType::F64 => self.bricks::<f64>(name, progress)?,
-        };
-        let wrong = |source| FormatError::Field { path: self.path.clone(), source };
-        Field::new(name, values, &self.hierarchy).map_err(wrong)
+        stored_bricks::read_field(self, &self.path, Centering::Cells, field, progress)
     }
 
     fn warnings(&self) -> &[String] {
@@ -182,8 +177,8 @@ impl DataSet for EnzoDump {
 
 /// The first line of a file that holds something.
 fn first_line(path: &Path) -> Option<String> {
-    use std::io::{BufRead, BufReader, Read};
     const LOOKED_AT: u64 = 1 << 12;
-    let lines = BufReader::new(fs::File::open(path).ok()?.take(LOOKED_AT)).lines();
-    lines.map_while(Result::ok).find(|line| !line.trim().is_empty())
+    let start = start_of(path, LOOKED_AT).ok()?;
+    let text = String::from_utf8_lossy(&start);
+    text.lines().find(|line| !line.trim().is_empty()).map(str::to_owned)
 }

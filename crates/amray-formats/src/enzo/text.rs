@@ -1,12 +1,10 @@
 //! Enzo's text files: lines of `Key = values`.
 
-use std::fs::File;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use crate::FormatError;
-use crate::mapped_file::open_regular;
+use crate::mapped_file::start_of;
 
 /// Far more than the text of any dump: a million grids take half of it.
 const LONGEST: u64 = 1 << 30;
@@ -29,11 +27,8 @@ pub(super) struct Entry<'a> {
 
 impl Text {
     pub(super) fn read(path: &Path) -> Result<Self, FormatError> {
-        let mut bytes = Vec::new();
-        let file: File = open_regular(path)?;
-        file.take(LONGEST).read_to_end(&mut bytes).map_err(FormatError::io(path, "read"))?;
         // Names in foreign bytes are no reason to give up.
-        let content = String::from_utf8_lossy(&bytes).into_owned();
+        let content = String::from_utf8_lossy(&start_of(path, LONGEST)?).into_owned();
         Ok(Self { path: path.into(), content })
     }
 

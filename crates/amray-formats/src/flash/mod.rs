@@ -6,15 +6,13 @@
 mod scalars;
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-use amray::hierarchy::{
-    BrickValues, Field, FieldValues, Hierarchy, HierarchyError, IndexBox, LevelDescription, Voxel, VoxelType,
-};
-use rayon::prelude::*;
+use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy, IndexBox};
 
 use crate::hdf5::{Block, Hdf5, Hdf5Group};
+use crate::refined::Root;
 use crate::store::Store;
+use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
 use scalars::Scalars;
 
@@ -82,13 +80,13 @@ impl FlashFile {
         if let Some(place) = levels.iter().position(|level| !(1..=MOST_LEVELS).contains(level)) {
             return Err(bounds.malformed(&format!("block {place} is of level {}, expected 1 or more", levels[place])));
         }
-        let mesh = Mesh::around(&corners, &levels, block).ok_or_else(|| bounds.malformed("no block of any size"))?;
+        let mesh = mesh_around(&corners, &levels, block).ok_or_else(|| bounds.malformed("no block of any size"))?;
         let mut leaves = Vec::new();
         for (place, (corners, &level)) in
             corners.iter().zip(&levels).enumerate().filter(|(place, _)| kinds[*place] == LEAF)
         {
             let level = level as usize - 1;
-            let cells = mesh.cells(corners, level, block).ok_or_else(|| {
+            let cells = cells_between(corners, &mesh, level, block).ok_or_else(|| {
                 bounds.malformed(&format!(
                     "block {place} reaches over {corners:?}, expected {block:?} cells of its level"
                 ))
@@ -97,89 +95,49 @@ impl FlashFile {
         }
         leaves.sort_by_key(|leaf| leaf.level);
         let wrong = |source| FormatError::Hierarchy { path: hdf5.path().into(), source };
-        let hierarchy = Arc::new(mesh.hierarchy(&leaves).map_err(wrong)?);
+        let count = leaves.last().map_or(0, |leaf| leaf.level + 1);
+        let bricks = leaves.iter().map(|leaf| (leaf.level, leaf.cells));
+        let hierarchy = Arc::new(mesh.hierarchy(count, bricks).map_err(wrong)?);
         let time = Scalars::reals(&root)?.find("time").ok();
         let leaves = leaves.into_iter().map(|leaf| leaf.place).collect();
         let fields = fields(&root)?;
         let block = block.map(i64::cast_unsigned);
         Ok(Self { hdf5, time, hierarchy, fields, leaves, block, options: *options })
     }
-
-    fn bricks<T: Voxel>(&self, name: &str, progress: &(dyn Fn(f64) + Sync)) -> Result<FieldValues, FormatError>
-    where
-        FieldValues: From<Vec<BrickValues<T>>>,
-    {
-        let set = self.hdf5.root()?.data_set(&stored_name(name))?;
-        let storage = set.storage()?;
-        let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
-        let done = AtomicUsize::new(0);
-        let read = |&place: &u64| {
-            let block = Block { leading: &[place], ghosts: [0; 3], size: self.block };
-            let brick = set.block::<T>(self.hdf5.map(), &storage, &block, &store);
-            progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / self.leaves.len() as f64);
-            brick
-        };
-        Ok(self.leaves.par_iter().map(read).collect::<Result<Vec<_>, _>>()?.into())
-    }
 }
 
-/// The domain, and a cell of level 0.
-struct Mesh {
-    low: [f64; 3],
-    cell_size: [f64; 3],
-    /// Cells of level 0.
-    root: [i64; 3],
+/// The mesh that all blocks lie in; `None` where the numbers make none.
+fn mesh_around(corners: &[[[f64; 2]; 3]], levels: &[i64], block: [i64; 3]) -> Option<Root> {
+    let (first, level) = (corners.first()?, *levels.first()?);
+    let mut mesh = Root { low: [0.0; 3], cell_size: [0.0; 3], cells: [0; 3], ratio: 2 };
+    for axis in 0..3 {
+        let low = corners.iter().map(|corners| corners[axis][0]).fold(f64::INFINITY, f64::min);
+        let high = corners.iter().map(|corners| corners[axis][1]).fold(f64::NEG_INFINITY, f64::max);
+        let width = (first[axis][1] - first[axis][0]) / block[axis] as f64 * 2f64.powi(level as i32 - 1);
+        let cells = ((high - low) / width).round();
+        if !(low.is_finite() && width > 0.0 && (1.0..=1e9).contains(&cells)) {
+            return None;
+        }
+        mesh.low[axis] = low;
+        mesh.cells[axis] = cells as i64;
+        mesh.cell_size[axis] = (high - low) / cells;
+    }
+    Some(mesh)
 }
 
-impl Mesh {
-    /// The mesh that all blocks lie in; `None` where the numbers make none.
-    fn around(corners: &[[[f64; 2]; 3]], levels: &[i64], block: [i64; 3]) -> Option<Self> {
-        let (first, level) = (corners.first()?, *levels.first()?);
-        let mut mesh = Self { low: [0.0; 3], cell_size: [0.0; 3], root: [0; 3] };
-        for axis in 0..3 {
-            let low = corners.iter().map(|corners| corners[axis][0]).fold(f64::INFINITY, f64::min);
-            let high = corners.iter().map(|corners| corners[axis][1]).fold(f64::NEG_INFINITY, f64::max);
-            let width = (first[axis][1] - first[axis][0]) / block[axis] as f64 * 2f64.powi(level as i32 - 1);
-            let cells = ((high - low) / width).round();
-            if !(low.is_finite() && width > 0.0 && (1.0..=1e9).contains(&cells)) {
-                return None;
-            }
-            mesh.low[axis] = low;
-            mesh.root[axis] = cells as i64;
-            mesh.cell_size[axis] = (high - low) / cells;
+/// The cells between corners, in indices of a level; `None` where these are not a block's.
+fn cells_between(corners: &[[f64; 2]; 3], mesh: &Root, level: usize, block: [i64; 3]) -> Option<IndexBox> {
+    let mut cells = IndexBox::new([0; 3], [0; 3]);
+    let cell_size = mesh.cell_size(level);
+    for axis in 0..3 {
+        let [low, high] = corners[axis].map(|place| (place - mesh.low[axis]) / cell_size[axis]);
+        let near = |place: f64| (place - place.round()).abs() <= TOLERANCE * (1.0 + place.abs() * 1e-4);
+        if !(low.abs() < 1e15 && high.abs() < 1e15 && near(low) && near(high)) {
+            return None;
         }
-        Some(mesh)
+        (cells.low[axis], cells.high[axis]) = (low.round() as i64, high.round() as i64);
     }
-
-    /// The cells between corners, in indices of a level; `None` where these are not a block's.
-    fn cells(&self, corners: &[[f64; 2]; 3], level: usize, block: [i64; 3]) -> Option<IndexBox> {
-        let mut cells = IndexBox::new([0; 3], [0; 3]);
-        for axis in 0..3 {
-            let width = self.cell_size[axis] / 2f64.powi(level as i32);
-            let [low, high] = corners[axis].map(|place| (place - self.low[axis]) / width);
-            let near = |place: f64| (place - place.round()).abs() <= TOLERANCE * (1.0 + place.abs() * 1e-4);
-            if !(low.abs() < 1e15 && high.abs() < 1e15 && near(low) && near(high)) {
-                return None;
-            }
-            (cells.low[axis], cells.high[axis]) = (low.round() as i64, high.round() as i64);
-        }
-        (cells.size() == block).then_some(cells)
-    }
-
-    fn hierarchy(&self, leaves: &[Leaf]) -> Result<Hierarchy, HierarchyError> {
-        let domain = IndexBox::new([0; 3], self.root);
-        let levels = leaves.last().map_or(0, |leaf| leaf.level + 1);
-        let describe = |level: usize| {
-            let refined = 2i64.checked_pow(level as u32).and_then(|cells| domain.checked_refined([cells; 3]));
-            Ok(LevelDescription {
-                ratio: [if level == 0 { 1 } else { 2 }; 3],
-                cell_size: self.cell_size.map(|width| width / 2f64.powi(level as i32)),
-                domain: refined.ok_or(HierarchyError::Overflow { level, domain })?,
-                bricks: leaves.iter().filter(|leaf| leaf.level == level).map(|leaf| leaf.cells).collect(),
-            })
-        };
-        Hierarchy::new(self.low, (0..levels).map(describe).collect::<Result<_, _>>()?)
-    }
+    (cells.size() == block).then_some(cells)
 }
 
 /// The unknowns, whose names fill four characters.
@@ -195,6 +153,22 @@ fn fields(root: &Hdf5Group) -> Result<Vec<FieldInfo>, FormatError> {
 /// A field's name as its data set has it.
 fn stored_name(name: &str) -> String {
     format!("{name:4}")
+}
+
+impl StoredBricks for FlashFile {
+    fn bricks<T: StoredVoxel>(
+        &self,
+        field: usize,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<Vec<BrickValues<T>>, FormatError> {
+        let set = self.hdf5.root()?.data_set(&stored_name(&self.fields[field].name))?;
+        let storage = set.storage()?;
+        let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
+        stored_bricks::read_each(&self.leaves, progress, |&place| {
+            let block = Block { leading: &[place], ghosts: [0; 3], size: self.block };
+            set.block(self.hdf5.map(), &storage, &block, &store)
+        })
+    }
 }
 
 impl DataSet for FlashFile {
@@ -215,13 +189,7 @@ impl DataSet for FlashFile {
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        let FieldInfo { name, voxel_type, .. } = &self.fields[field];
-        let values = match voxel_type {
-            VoxelType::F32 => self.bricks::<f32>(name, progress)?,
-            VoxelType::F64 => self.bricks::<f64>(name, progress)?,
-        };
-        let wrong = |source| FormatError::Field { path: self.hdf5.path().into(), source };
-        Field::new(name, values, &self.hierarchy).map_err(wrong)
+        stored_bricks::read_field(self, self.hdf5.path(), Centering::Cells, field, progress)
     }
 
     fn leaf_only(&self) -> bool {

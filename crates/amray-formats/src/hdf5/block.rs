@@ -10,6 +10,7 @@ use memmap2::Mmap;
 use super::number::describe;
 use super::{H5Type, Hdf5Set, Storage};
 use crate::FormatError;
+use crate::number::NumberType;
 use crate::store::Store;
 
 /// Where a brick lies in a data set of the dimensions (leading..., z, y, x).
@@ -23,21 +24,6 @@ pub(crate) struct Block<'a> {
     pub(crate) size: [u64; 3],
 }
 
-/// How a data set's numbers become voxels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stored {
-    F32,
-    F64,
-    U8,
-    I8,
-    U16,
-    I16,
-    U32,
-    I32,
-    U64,
-    I64,
-}
-
 impl Hdf5Set {
     /// The number type that its values have in memory: integers become the floats that hold all of them, or, of eight
     /// bytes, nearly.
@@ -45,10 +31,7 @@ impl Hdf5Set {
     /// # Errors
     /// [`FormatError::Malformed`] where they are no numbers of a usual size.
     pub(crate) fn voxel_type_in_memory(&self) -> Result<VoxelType, FormatError> {
-        Ok(match self.stored()? {
-            Stored::F32 | Stored::U8 | Stored::I8 | Stored::U16 | Stored::I16 => VoxelType::F32,
-            _ => VoxelType::F64,
-        })
+        Ok(self.number_type()?.voxel_type())
     }
 
     /// The values of a brick of the type [`voxel_type_in_memory`](Self::voxel_type_in_memory): where they are if they are
@@ -103,17 +86,17 @@ impl Hdf5Set {
     }
 
     fn read<T: Voxel>(&self, ranges: &[Range<u64>]) -> Result<Vec<T>, FormatError> {
-        match self.stored()? {
-            Stored::F32 => self.converted(ranges, |value: f32| f64::from(value)),
-            Stored::F64 => self.converted(ranges, |value: f64| value),
-            Stored::U8 => self.converted(ranges, |value: u8| f64::from(value)),
-            Stored::I8 => self.converted(ranges, |value: i8| f64::from(value)),
-            Stored::U16 => self.converted(ranges, |value: u16| f64::from(value)),
-            Stored::I16 => self.converted(ranges, |value: i16| f64::from(value)),
-            Stored::U32 => self.converted(ranges, |value: u32| f64::from(value)),
-            Stored::I32 => self.converted(ranges, |value: i32| f64::from(value)),
-            Stored::U64 => self.converted(ranges, |value: u64| value as f64),
-            Stored::I64 => self.converted(ranges, |value: i64| value as f64),
+        match self.number_type()? {
+            NumberType::F32 => self.converted(ranges, |value: f32| f64::from(value)),
+            NumberType::F64 => self.converted(ranges, |value: f64| value),
+            NumberType::U8 => self.converted(ranges, |value: u8| f64::from(value)),
+            NumberType::I8 => self.converted(ranges, |value: i8| f64::from(value)),
+            NumberType::U16 => self.converted(ranges, |value: u16| f64::from(value)),
+            NumberType::I16 => self.converted(ranges, |value: i16| f64::from(value)),
+            NumberType::U32 => self.converted(ranges, |value: u32| f64::from(value)),
+            NumberType::I32 => self.converted(ranges, |value: i32| f64::from(value)),
+            NumberType::U64 => self.converted(ranges, |value: u64| value as f64),
+            NumberType::I64 => self.converted(ranges, |value: i64| value as f64),
         }
     }
 
@@ -125,19 +108,19 @@ impl Hdf5Set {
         Ok(self.read_box::<N>(ranges)?.into_iter().map(|value| T::from_f64(number(value))).collect())
     }
 
-    fn stored(&self) -> Result<Stored, FormatError> {
+    fn number_type(&self) -> Result<NumberType, FormatError> {
         Ok(match self.datatype() {
-            Datatype::FloatingPoint { size: 4, .. } => Stored::F32,
-            Datatype::FloatingPoint { size: 8, .. } => Stored::F64,
+            Datatype::FloatingPoint { size: 4, .. } => NumberType::F32,
+            Datatype::FloatingPoint { size: 8, .. } => NumberType::F64,
             Datatype::FixedPoint { size, signed, .. } => match (size, signed) {
-                (1, false) => Stored::U8,
-                (1, true) => Stored::I8,
-                (2, false) => Stored::U16,
-                (2, true) => Stored::I16,
-                (4, false) => Stored::U32,
-                (4, true) => Stored::I32,
-                (8, false) => Stored::U64,
-                (8, true) => Stored::I64,
+                (1, false) => NumberType::U8,
+                (1, true) => NumberType::I8,
+                (2, false) => NumberType::U16,
+                (2, true) => NumberType::I16,
+                (4, false) => NumberType::U32,
+                (4, true) => NumberType::I32,
+                (8, false) => NumberType::U64,
+                (8, true) => NumberType::I64,
                 _ => return Err(self.malformed(&format!("integers of {size} bytes, expected 1, 2, 4 or 8"))),
             },
             other => return Err(self.malformed(&format!("{}, expected numbers", describe(other)))),

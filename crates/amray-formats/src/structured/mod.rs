@@ -7,20 +7,18 @@ pub mod amr;
 mod nifti;
 mod npy;
 mod nrrd;
-mod number;
 mod raw;
 mod samples;
 mod transposed;
 
 use std::fs::File;
-use std::io::Read;
 use std::path::Path;
 
 use amray::hierarchy::VoxelType;
 
 use crate::FormatError;
-use crate::mapped_file::open_regular;
-pub use number::{ByteOrder, NumberType};
+use crate::mapped_file::start_of;
+pub use crate::number::{ByteOrder, NumberType};
 pub use raw::RawLayout;
 pub use samples::SliceReader;
 use samples::{Fastest, Samples};
@@ -50,9 +48,7 @@ enum Format {
 impl Format {
     /// The format that a file's first bytes tell.
     fn of(path: &Path) -> Result<Option<Self>, FormatError> {
-        let mut start = Vec::new();
-        let file = open_regular(path)?;
-        file.take(nifti::HEADER as u64).read_to_end(&mut start).map_err(FormatError::io(path, "read"))?;
+        let start = start_of(path, nifti::HEADER as u64)?;
         Ok(if start.starts_with(b"NRRD000") {
             Some(Self::Nrrd)
         } else if start.starts_with(b"\x93NUMPY") {

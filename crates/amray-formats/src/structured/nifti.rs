@@ -5,11 +5,11 @@ use std::path::Path;
 
 use flate2::read::MultiGzDecoder;
 
-use super::number::{ByteOrder, NumberType};
 use super::samples::{Encoding, Fastest, Samples};
 use super::{StructuredVolume, checked_size};
 use crate::FormatError;
-use crate::mapped_file::open_regular;
+use crate::mapped_file::{open_regular, start_of};
+use crate::number::{ByteOrder, NumberType};
 
 /// The header's length, which is also its first number.
 pub(super) const HEADER: usize = 348;
@@ -28,8 +28,7 @@ pub(super) fn recognises(path: &Path, start: &[u8]) -> Result<bool, FormatError>
 /// Opens a file that [`recognises`] knows.
 pub(super) fn open(path: &Path) -> Result<StructuredVolume, FormatError> {
     let broken = |problem: String| FormatError::malformed(path, "NIfTI header", problem);
-    let mut bytes = Vec::new();
-    open_regular(path)?.take(HEADER as u64).read_to_end(&mut bytes).map_err(FormatError::io(path, "read"))?;
+    let mut bytes = start_of(path, HEADER as u64)?;
     let compressed = is_compressed(&bytes);
     if compressed {
         bytes = decompressed_start(path)?.unwrap_or_default();

@@ -2,14 +2,13 @@
 //!
 //! The indices of an array are z, y, x, whatever its order in memory: arrays that are equal in NumPy are equal volumes.
 
-use std::io::Read;
 use std::path::Path;
 
-use super::number::{ByteOrder, NumberType};
 use super::samples::{Encoding, Fastest, Samples};
 use super::{StructuredVolume, checked_size};
 use crate::FormatError;
-use crate::mapped_file::open_regular;
+use crate::mapped_file::start_of;
+use crate::number::{ByteOrder, NumberType};
 
 /// A header is a line of Python; a damaged one must not fill the memory.
 const LONGEST_HEADER: usize = 1 << 16;
@@ -19,10 +18,8 @@ const MAGIC: usize = 8;
 /// Samples are one apart, and the first one is at the world's origin.
 pub(super) fn open(path: &Path) -> Result<StructuredVolume, FormatError> {
     let broken = |problem: &str| FormatError::malformed(path, "NumPy header", problem);
-    let mut start = Vec::new();
     let longest = MAGIC + size_of::<u32>() + LONGEST_HEADER;
-    let file = open_regular(path)?;
-    file.take(longest as u64).read_to_end(&mut start).map_err(FormatError::io(path, "read"))?;
+    let start = start_of(path, longest as u64)?;
     let (text, offset) = header(&start).map_err(|problem| broken(&problem))?;
 
     let wrong = |expected: &str| broken(&format!("{}, expected {expected}", text.trim_end()));

@@ -3,11 +3,11 @@
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-use super::number::{ByteOrder, NumberType};
 use super::samples::{Encoding, Fastest, Samples};
 use super::{StructuredVolume, checked_size};
 use crate::FormatError;
 use crate::mapped_file::open_regular;
+use crate::number::{ByteOrder, NumberType};
 use crate::relative_path::path_below;
 
 /// Headers are a few hundred bytes long; a damaged one must not fill the memory.

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use super::number::{ByteOrder, NumberType};
 use super::samples::{Encoding, Fastest, Samples};
 use super::{StructuredVolume, checked_size, length};
 use crate::FormatError;
 use crate::mapped_file::open_regular;
+use crate::number::{ByteOrder, NumberType};
 
 /// What must be known of a raw volume, whose file does not say it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

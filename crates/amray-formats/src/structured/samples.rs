@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use amray::hierarchy::{Voxel, VoxelType};
 use flate2::read::MultiGzDecoder;
 
-use super::number::{ByteOrder, NumberType};
 use super::transposed::Transposed;
 use crate::FormatError;
 use crate::mapped_file::open_regular;
+use crate::number::{ByteOrder, NumberType};
 
 /// Bytes that are read at a time: a whole number of samples of any type.
 const CHUNK: usize = 1 << 20;

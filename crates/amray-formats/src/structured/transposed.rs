@@ -5,8 +5,8 @@ use std::io::{self, BufReader, Read, Seek, SeekFrom};
 
 use amray::hierarchy::Voxel;
 
-use super::number::ByteOrder;
 use super::samples::Samples;
+use crate::number::ByteOrder;
 
 /// Gathers slices ahead of those that are asked for.
 pub(super) struct Transposed {

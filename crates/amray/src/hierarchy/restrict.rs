@@ -63,8 +63,7 @@ pub(super) fn restrict<T: Voxel>(
                 return;
             }
             let cells = stored[number];
-            let mut values = Vec::with_capacity(cells.cells() as usize);
-            brick.for_each([0; 3], brick.size(), |value| values.push(value));
+            let mut values = brick.to_vec();
             for (cover, shared) in covers {
                 let source = (&finer[cover], fine.bricks()[cover].low);
                 match centering {

@@ -280,6 +280,13 @@ impl<T: Voxel> BrickValues<T> {
         std::array::from_fn(|place| unsafe { self.read(first + place * self.stride[0]) })
     }
 
+    /// A copy of all values, x fastest.
+    pub fn to_vec(&self) -> Vec<T> {
+        let mut values = Vec::with_capacity(self.size.iter().product());
+        self.for_each([0; 3], self.size, |value| values.push(value));
+        values
+    }
+
     /// Calls `visit` with every value of `cells` (from `low`, inclusive, to `high`, exclusive), x fastest.
     ///
     /// # Panics

@@ -6,6 +6,9 @@ use rayon::prelude::*;
 use crate::hierarchy::{Brick, BrickValues, Centering, Field, FieldValues, Voxel, with_voxels};
 use crate::index::{Found, Index};
 
+use super::dual_cell::linear_weights;
+use super::nodal::of_nodes;
+
 /// A node-centred field with the values of hanging nodes changed. Only bricks with such nodes are copied.
 pub(crate) fn conforming(index: &Index, field: &Field) -> Field {
     let values: FieldValues = with_voxels!(field.values(), bricks => conforming_bricks(index, bricks).into());
@@ -50,8 +53,7 @@ impl<T: Voxel> Hanging<'_, T> {
 
     fn change(&self, values: &mut BrickValues<T>) {
         let nodes = Centering::Nodes.values_of(&self.brick.cells);
-        let mut changed = Vec::with_capacity(nodes.cells() as usize);
-        values.for_each([0; 3], values.size(), |value| changed.push(value));
+        let mut changed = values.to_vec();
         for (value, node) in changed.iter_mut().zip(nodes.iter()) {
             let on_face = (0..3).any(|axis| node[axis] == nodes.low[axis] || node[axis] == nodes.high[axis] - 1);
             if on_face && let Some(hung) = self.value_of_coarser(node) {
@@ -76,17 +78,11 @@ impl<T: Voxel> Hanging<'_, T> {
     fn at(&self, leaf: &Found, place: [i64; 3]) -> f64 {
         let level = &self.index.hierarchy().levels()[leaf.level];
         let (size, low) = (level.finest_cells(), level.brick_at(leaf.brick).low);
-        let share: [f64; 3] = std::array::from_fn(|axis| {
+        let weights = std::array::from_fn(|axis| {
             let cell = low[axis] + leaf.cell[axis] as i64;
-            (place[axis] - cell * size[axis]) as f64 / size[axis] as f64
+            linear_weights(axis, (place[axis] - cell * size[axis]) as f64 / size[axis] as f64, 0.0)
         });
-        let corners = self.coarser[leaf.brick].corners(leaf.cell);
-        let hat = |corner: usize| -> f64 {
-            (0..3).map(|axis| if corner >> axis & 1 == 1 { share[axis] } else { 1.0 - share[axis] }).product()
-        };
-        let weighed = corners.into_iter().enumerate().map(|(corner, value)| (hat(corner), value.to_f64()));
-        // A node of no weight does not take part, not even one that is not a number.
-        weighed.filter(|&(hat, _)| hat > 0.0).map(|(hat, value)| hat * value).sum()
+        of_nodes(self.coarser[leaf.brick].corners(leaf.cell), &weights)
     }
 
     /// Cells of the finest level per cell of the brick.

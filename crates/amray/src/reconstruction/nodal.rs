@@ -22,13 +22,19 @@ impl<T: Voxel> Sampler<'_, T> {
             base[axis] = (position as usize).min(brick.size()[axis] - 2);
             weights[axis] = linear_weights(axis, position - base[axis] as f64, 1.0 / size);
         }
-        let mut mean = WeightedMean::new();
-        for (corner, value) in brick.corners(base).into_iter().enumerate() {
-            let hat: N = hat(&weights, corner);
-            if !hat.is_zero() {
-                mean.add(hat, value.to_f64());
-            }
-        }
-        mean.mean()
+        of_nodes(brick.corners(base), &weights)
     }
+}
+
+/// The mean of a cell's eight nodes, x fastest, by the weights of the low and high ones per axis. A node of no weight
+/// does not take part, not even one that is not a number.
+pub(super) fn of_nodes<T: Voxel, N: Number>(nodes: [T; 8], weights: &[[N; 2]; 3]) -> N {
+    let mut mean = WeightedMean::new();
+    for (corner, value) in nodes.into_iter().enumerate() {
+        let hat: N = hat(weights, corner);
+        if !hat.is_zero() {
+            mean.add(hat, value.to_f64());
+        }
+    }
+    mean.mean()
 }

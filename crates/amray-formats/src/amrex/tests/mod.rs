@@ -7,7 +7,7 @@ mod synthetic;
 
 use std::path::Path;
 
-use amray::hierarchy::Field;
+use amray::hierarchy::{Field, VoxelType};
 
 use super::*;
 

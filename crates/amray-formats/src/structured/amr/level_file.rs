@@ -8,7 +8,7 @@ use std::path::Path;
 
 use amray::hierarchy::{Voxel, VoxelType};
 
-use crate::structured::number::{ByteOrder, NumberType};
+use crate::number::{ByteOrder, NumberType};
 
 /// Slices of values, written one after the other and read in any order. The file has no name and goes with the process.
 pub(super) struct LevelFile {

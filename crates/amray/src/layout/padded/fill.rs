@@ -29,11 +29,6 @@ pub(super) fn fill<T: Voxel>(
     finite.reduce(|| true, |a, b| a && b)
 }
 
-/// So many cells of a row are converted at once.
-const RUN: usize = 16;
-/// All of it is set in what is not finite.
-const EXPONENT: u32 = 0x7f80_0000;
-
 struct Filler<'a, T> {
     sampler: &'a Sampler<'a, T>,
     normalisation: Normalisation,
@@ -129,20 +124,12 @@ impl<T: Voxel> Filler<'_, T> {
     fn copy(&self, place: usize, level: usize, cells: &IndexBox, padded: &mut Padded, flag: u32) {
         let low = self.sampler.index().hierarchy().levels()[level].brick_at(place).low;
         let source = &self.sampler.bricks()[place];
-        padded.for_each_row(cells, |first, row| {
-            let mut cell = from_corner(first, low);
-            let (runs, rest) = row.as_chunks_mut::<RUN>();
-            for targets in runs {
-                let values: [T; RUN] = source.run(cell);
-                for lane in 0..RUN {
-                    targets[lane] = self.flagged(values[lane].to_f64(), flag);
-                }
-                cell[0] += RUN;
-            }
-            for target in rest {
-                *target = self.flagged(source.get(cell).to_f64(), flag);
-                cell[0] += 1;
-            }
+        padded.for_each_row(cells, |[x, y, z], row| {
+            let cells = IndexBox::new([x, y, z], [x + row.len() as i64, y + 1, z + 1]);
+            let mut targets = row.iter_mut();
+            source.for_each_in(low, &cells, |value| {
+                *targets.next().expect("a row has its cells' values") = self.flagged(value.to_f64(), flag);
+            });
         });
     }
 
@@ -225,9 +212,7 @@ impl<T: Voxel> Filler<'_, T> {
     #[inline]
     fn flagged(&self, value: f64, flag: u32) -> f32 {
         let unit = self.normalisation.apply(value);
-        // Without a branch, so that compilers take several at once.
-        let is_finite = unit.to_bits() & EXPONENT != EXPONENT;
-        let bits = if is_finite { unit.to_bits() & !FLAG } else { NOT_FINITE };
+        let bits = if unit.is_finite() { unit.to_bits() & !FLAG } else { NOT_FINITE };
         f32::from_bits(bits | flag)
     }
 }

@@ -76,7 +76,7 @@ impl NumberType {
     }
 
     /// Appends the samples that `bytes`, a whole number of them, hold.
-    pub(super) fn decode<T: Voxel>(self, order: ByteOrder, bytes: &[u8], values: &mut Vec<T>) {
+    pub(crate) fn decode<T: Voxel>(self, order: ByteOrder, bytes: &[u8], values: &mut Vec<T>) {
         match self {
             Self::I8 => put(bytes, order, values, |stored| i8::from_le_bytes(stored).into()),
             Self::U8 => put(bytes, order, values, |stored| u8::from_le_bytes(stored).into()),
