@@ -1,14 +1,13 @@
 //! `amray convert`: between formats, and from structured volumes to AMR data.
 
 use std::fmt::Write;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use amray::hierarchy::{BrickValues, Centering, Field, FieldValues, Hierarchy, Voxel, VoxelType};
 use amray_formats::output::check_writable;
 use amray_formats::structured::amr::{FIELD, Refined, Refinement};
 use amray_formats::structured::{ByteOrder, NumberType, RawLayout, StructuredVolume};
-use amray_formats::{AmrFormat, ChomboWriter, FormatError};
+use amray_formats::{AmrContent, AmrFormat, AmrWriter, FormatError};
 use clap::Args;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use rayon::prelude::*;
@@ -22,9 +21,9 @@ use crate::{memory, note, number, print, print_json};
 
 #[derive(Debug, Args)]
 pub(crate) struct Arguments {
-    /// A structured volume (NRRD, NumPy, NIfTI, or raw with --dims), or AMR data of any format
+    /// A structured volume (NRRD, NumPy, NIfTI, VTK ImageData, or raw with --dims), or AMR data of any format
     path: PathBuf,
-    /// Where to write the AMR data: .hdf5 or .h5 (Chombo)
+    /// Where to write the AMR data: .hdf5 or .h5 (Chombo), .vthb or .vtkhdf (VTK)
     #[arg(short, long, value_name = "FILE", value_parser = PathBufValueParser::new().try_map(output_path))]
     output: PathBuf,
     #[command(flatten)]
@@ -72,7 +71,7 @@ struct VolumeFlags {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "AMR data")]
 struct DataFlags {
-    /// Only this field, or an expression over fields; may be repeated [default: all fields]
+    /// Only this field, or an expression over fields; may be repeated [default: all fields; of a volume, the first]
     #[arg(long, value_name = "NAME")]
     field: Vec<String>,
     /// As if levels finer than K did not exist
@@ -146,7 +145,9 @@ impl Arguments {
                 let byte_order = if big_endian { ByteOrder::Big } else { ByteOrder::Little };
                 StructuredVolume::open_raw(&self.path, &RawLayout { size, number_type, byte_order })?
             }
-            _ if StructuredVolume::recognises(&self.path)? => StructuredVolume::open(&self.path)?,
+            _ if StructuredVolume::recognises(&self.path)? => {
+                StructuredVolume::open(&self.path, self.data.field.first().map(String::as_str))?
+            }
             _ => return Ok(None),
         };
         Ok(Some(volume.placed(spacing, origin)?))
@@ -155,8 +156,14 @@ impl Arguments {
 
 fn convert_volume(arguments: &Arguments, volume: &StructuredVolume) -> anyhow::Result<Report> {
     let Arguments { path, output, volume: flags, data, .. } = arguments;
-    if data.restrict || data.max_level.is_some() || !data.field.is_empty() {
-        anyhow::bail!("{}: --field, --max-level and --restrict are for AMR data, this is a volume", path.display());
+    if data.restrict || data.max_level.is_some() {
+        anyhow::bail!("{}: --max-level and --restrict are for AMR data, this is a volume", path.display());
+    }
+    if flags.dims.is_some() && !data.field.is_empty() {
+        anyhow::bail!("{}: --field is for files that name their fields, a raw volume does not", path.display());
+    }
+    if data.field.len() > 1 {
+        anyhow::bail!("{}: {} fields, expected one of a volume", path.display(), data.field.len());
     }
     refuse_overwriting(volume.sample_file(), output)?;
     for warning in volume.warnings() {
@@ -216,27 +223,40 @@ fn convert_data(arguments: &Arguments) -> anyhow::Result<Report> {
     let names: Vec<&str> = fields.iter().map(String::as_str).collect();
     let hierarchy = data.hierarchy();
     let format = AmrFormat::of(output)?;
-    let writer = format.create(output, hierarchy, &names, voxel_type, data.time().unwrap_or(0.0))?;
+    // What values belong to is known with the first field.
+    let mut writer: Option<(Centering, AmrWriter)> = None;
     for (component, name) in fields.iter().enumerate() {
         let prepare = |field: Field| if flags.restrict { field.restricted(hierarchy) } else { field };
         let field = data_arguments.read_field(&*data, Some(name), &prepare)?;
-        if field.centering() != Centering::Cells {
-            return Err(
-                data_arguments.error(format!("{name} is node-centred, expected cell-centred fields to convert"))
-            );
+        let centering = field.centering();
+        if writer.is_none() {
+            let time = data.time().unwrap_or(0.0);
+            let content = AmrContent { hierarchy, components: &names, centering, voxel_type, time };
+            writer = Some((centering, format.create(output, &content)?));
         }
-        with_spinner(&fields[component], || write_field(&writer, hierarchy, component, &field))?;
+        if let Some((of_all, writer)) = &writer {
+            if centering != *of_all {
+                let problem = format!("{name} belongs to {}, {} to {}", values(centering), fields[0], values(*of_all));
+                return Err(data_arguments.error(format!("{problem}: convert them one by one (--field)")));
+            }
+            with_spinner(name, || write_field(writer, hierarchy, component, &field))?;
+        }
     }
-    writer.finish()?;
+    if let Some((_, writer)) = writer {
+        writer.finish()?;
+    }
     Report::new(arguments, data.format(), fields, hierarchy)
 }
 
-fn write_field(
-    writer: &ChomboWriter,
-    hierarchy: &Hierarchy,
-    component: usize,
-    field: &Field,
-) -> Result<(), FormatError> {
+/// What has values of a centering, in words.
+fn values(centering: Centering) -> &'static str {
+    match centering {
+        Centering::Cells => "cells",
+        Centering::Nodes => "nodes",
+    }
+}
+
+fn write_field(writer: &AmrWriter, hierarchy: &Hierarchy, component: usize, field: &Field) -> Result<(), FormatError> {
     match field.values() {
         FieldValues::F32(bricks) => write_bricks(writer, hierarchy, component, bricks),
         FieldValues::F64(bricks) => write_bricks(writer, hierarchy, component, bricks),
@@ -244,7 +264,7 @@ fn write_field(
 }
 
 fn write_bricks<T: Voxel>(
-    writer: &ChomboWriter,
+    writer: &AmrWriter,
     hierarchy: &Hierarchy,
     component: usize,
     bricks: &[BrickValues<T>],
@@ -253,7 +273,7 @@ fn write_bricks<T: Voxel>(
     places
         .into_par_iter()
         .zip(bricks)
-        .try_for_each(|(brick, cells)| writer.write_brick(brick.level, brick.number, component, &cells.to_vec()))
+        .try_for_each(|(brick, cells)| writer.write(brick.level, brick.number, component, 0, &cells.to_vec()))
 }
 
 impl Report {
@@ -275,7 +295,7 @@ impl Report {
             fields,
             levels,
             cells: hierarchy.cells(),
-            bytes: fs::metadata(output).map_err(FormatError::io(output, "read"))?.len(),
+            bytes: AmrFormat::of(output)?.bytes_at(output)?,
             original: None,
             peak_resident_bytes: memory::peak_resident(),
         })
@@ -319,7 +339,10 @@ fn write_text(out: &mut String, report: &Report) -> std::fmt::Result {
 /// An output that is the input under whatever name would be gone when it is complete.
 fn refuse_overwriting(input: &Path, output: &Path) -> anyhow::Result<()> {
     let same = |a: &Path, b: &Path| matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b);
-    match same(input, output) {
+    // Images of VTK data lie in a directory of the index's name, whose place the output's would take.
+    let [of_input, of_output] = [input, output].map(|path| path.with_extension(""));
+    let images = AmrFormat::of(output)? == AmrFormat::Vthb && of_input.is_dir() && same(&of_input, &of_output);
+    match same(input, output) || images {
         true => Err(anyhow::anyhow!("{}: this is the input, expected another name", output.display())),
         false => Ok(()),
     }

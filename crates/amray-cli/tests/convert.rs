@@ -98,6 +98,56 @@ fn amr_data_change_their_format_alone() {
 }
 
 #[test]
+fn vtk_data_hold_the_same() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let path = demo().to_str().unwrap();
+    for name in ["vtk.vthb", "vtk.vtkhdf"] {
+        let report = convert(here, &[path, "-o", name]);
+        // Two components in double precision, and what is around them.
+        let values = 16 * report["cells"].as_u64().unwrap();
+        assert!((values..values + values / 10).contains(&report["bytes"].as_u64().unwrap()), "{report}");
+        convert(here, &[name, "-o", "back.hdf5"]);
+        assert!(std::fs::read(here.join("back.hdf5")).unwrap() == std::fs::read(path).unwrap(), "{name}");
+        prints(here, &["render", name, "--size", "16"]);
+    }
+    // Over its own images, no index is written, not even from a file of another name.
+    let index = std::fs::read(here.join("vtk.vthb")).unwrap();
+    std::fs::write(here.join("vtk.vth"), &index).unwrap();
+    for name in ["vtk.vthb", "vtk.vth"] {
+        let error = fails(here, &["convert", name, "-o", "vtk.vthb"]);
+        assert!(error.ends_with("vtk.vthb: this is the input, expected another name"), "{error}");
+    }
+}
+
+#[test]
+fn images_of_vtk_become_amr_data() {
+    let directory = tempfile::tempdir().unwrap();
+    let here = directory.path();
+    let numbers = |count: usize| (0..count).map(|number| number.to_string()).collect::<Vec<_>>().join(" ");
+    let array = |name: &str, count: usize| {
+        format!("<DataArray type=\"Int16\" Name=\"{name}\" format=\"ascii\">{}</DataArray>", numbers(count))
+    };
+    let image = format!(
+        "<VTKFile type=\"ImageData\"><ImageData WholeExtent=\"0 8 0 8 0 8\" Origin=\"1 2 3\" Spacing=\"1 1 .5\">\
+         <Piece Extent=\"0 8 0 8 0 8\"><PointData Scalars=\"heat\">{}</PointData><CellData>{}</CellData></Piece>\
+         </ImageData></VTKFile>",
+        array("heat", 729),
+        array("mass", 512)
+    );
+    std::fs::write(here.join("v.vti"), image).unwrap();
+    let report = convert(here, &["v.vti", "-o", "v.hdf5", "--brick", "4", "--field", "mass"]);
+    assert_eq!((&report["original"]["size"], &report["format"]), (&json("[8, 8, 8]"), &"VTK ImageData".into()));
+    let info = json(&prints(here, &["info", "v.hdf5", "--json"]));
+    assert_eq!(info["bounds"], json("[[1.0, 2.0, 3.0], [9.0, 10.0, 7.0]]"));
+    assert_eq!(convert(here, &["v.vti", "-o", "v.hdf5"])["original"]["size"], json("[9, 9, 9]"));
+    let unknown = fails(here, &["convert", "v.vti", "-o", "v.hdf5", "--field", "mess"]);
+    assert!(unknown.ends_with("no field \"mess\", did you mean \"mass\"?; the fields are mass, heat"), "{unknown}");
+    let hint = fails(here, &["info", "v.vti"]);
+    assert!(hint.contains("a structured volume (amray convert makes AMR data of it), expected"), "{hint}");
+}
+
+#[test]
 fn real_data_are_converted() {
     let directory = tempfile::tempdir().unwrap();
     let here = directory.path();
@@ -122,7 +172,10 @@ fn what_is_wrong_is_said() {
     let error = |flags: &[&str]| fails(here, &[&["convert"], flags].concat());
     let path = demo().to_str().unwrap();
     let unknown = error(&["v.raw", "-o", "a.hdf5"]);
-    assert!(unknown.ends_with("or a structured volume (NRRD, NumPy, NIfTI; raw with --dims)"), "{unknown}");
+    assert!(
+        unknown.ends_with("or a structured volume (NRRD, NumPy, NIfTI, VTK ImageData; raw with --dims)"),
+        "{unknown}"
+    );
     let length = error(&["v.raw", "-o", "a.hdf5", "--dims", "8,8,9", "--type", "f32"]);
     assert!(
         length.ends_with("v.raw: raw volume: 2048 bytes, expected 2304 for 8 x 8 x 9 samples of type f32"),
@@ -130,8 +183,10 @@ fn what_is_wrong_is_said() {
     );
     let volume = error(&[path, "-o", "a.hdf5", "--threshold", "1"]);
     assert!(volume.ends_with("are for structured volumes, these are AMR data"), "{volume}");
-    let data = error(&["v.raw", "-o", "a.hdf5", "--dims", "8,8,8", "--type", "f32", "--field", "a"]);
+    let data = error(&["v.raw", "-o", "a.hdf5", "--dims", "8,8,8", "--type", "f32", "--restrict"]);
     assert!(data.ends_with("are for AMR data, this is a volume"), "{data}");
+    let nameless = error(&["v.raw", "-o", "a.hdf5", "--dims", "8,8,8", "--type", "f32", "--field", "a"]);
+    assert!(nameless.ends_with("--field is for files that name their fields, a raw volume does not"), "{nameless}");
     assert!(error(&[path, "-o", "a.hdf5", "--field", "densty"]).contains("did you mean \"density\"?"));
     assert!(error(&["nowhere", "-o", "a.hdf5"]).starts_with("amray: nowhere: cannot open: "));
     assert!(error(&["nowhere", "-o", "missing/a.hdf5"]).starts_with("amray: missing/a.hdf5: cannot write: "));

@@ -183,7 +183,7 @@ fn errors_are_one_line_that_helps() {
     std::fs::write(here.join("text"), "hello").unwrap();
     std::fs::write(here.join("empty"), "").unwrap();
     std::fs::create_dir(here.join("folder")).unwrap();
-    let expected = "expected Chombo, Athena++ or FLASH HDF5, an AMReX plotfile or an Enzo dump";
+    let expected = "expected Chombo, Athena++, FLASH or VTK HDF5, a VTK AMR index, an AMReX plotfile or an Enzo dump";
     assert_eq!(
         fails(here, &["info", "text"]),
         format!("amray: text: a text file that starts with \"hello\", {expected}")

@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use amray::Volume;
-use amray::hierarchy::{Hierarchy, VoxelType};
+use amray::hierarchy::{Centering, Hierarchy, VoxelType};
 use amray::index::Index;
 use amray::reconstruction::Method;
-use amray_formats::{ChomboFile, ChomboWriter, DataSet, OpenOptions};
+use amray_formats::{AmrContent, ChomboFile, ChomboWriter, DataSet, OpenOptions};
 use divan::Bencher;
 use divan::counter::BytesCount;
 
@@ -39,10 +39,17 @@ fn file() -> &'static Path {
 }
 
 fn write(path: &Path, hierarchy: &Hierarchy) {
-    let writer = ChomboWriter::create(path, hierarchy, &["density"], VoxelType::F64, 0.0).unwrap();
+    let content = AmrContent {
+        hierarchy,
+        components: &["density"],
+        centering: Centering::Cells,
+        voxel_type: VoxelType::F64,
+        time: 0.0,
+    };
+    let writer = ChomboWriter::create(path, &content).unwrap();
     for brick in hierarchy.bricks() {
         let values: Vec<f64> = brick.cells.iter().map(|[i, j, k]| (i * j - k) as f64).collect();
-        writer.write_brick(brick.level, brick.number, 0, &values).unwrap();
+        writer.write(brick.level, brick.number, 0, 0, &values).unwrap();
     }
     writer.finish().unwrap();
 }

@@ -13,6 +13,7 @@ mod enzo;
 mod error;
 mod flash;
 mod hdf5;
+mod hdf5_output;
 mod mapped_file;
 mod number;
 mod open;
@@ -24,19 +25,21 @@ mod relative_path;
 mod store;
 mod stored_bricks;
 pub mod structured;
+mod vtk;
 
 use std::path::Path;
 use std::sync::Arc;
 
 use amray::hierarchy::{Field, Hierarchy, VoxelType};
 
-pub use amr_format::AmrFormat;
+pub use amr_format::{AmrContent, AmrFormat, AmrWriter};
 pub use amray_expressions::Definition;
 pub use amrex::AmrexPlotfile;
 pub use chombo::{ChomboFile, ChomboWriter};
 pub use derived::{derived_fields, read_named};
 pub use error::FormatError;
 pub use open::open;
+pub use vtk::{VthbFile, VthbWriter, VtkhdfFile, VtkhdfWriter};
 
 /// One data set on disk: its geometry, and fields that are read when asked for.
 pub trait DataSet: Send + Sync {

@@ -9,10 +9,11 @@ use crate::enzo::EnzoDump;
 use crate::flash::FlashFile;
 use crate::hdf5::Hdf5;
 use crate::mapped_file::start_of;
-use crate::{AmrexPlotfile, ChomboFile, DataSet, FormatError, OpenOptions};
+use crate::structured::StructuredVolume;
+use crate::{AmrexPlotfile, ChomboFile, DataSet, FormatError, OpenOptions, VthbFile, VtkhdfFile};
 
 /// The formats that are read.
-const EXPECTED: &str = "Chombo, Athena++ or FLASH HDF5, an AMReX plotfile or an Enzo dump";
+const EXPECTED: &str = "Chombo, Athena++, FLASH or VTK HDF5, a VTK AMR index, an AMReX plotfile or an Enzo dump";
 
 /// Opens a data set of any format that amray reads. The content decides, not the name. Where the file stores leaf cells
 /// alone, the coarse levels are added, as means of the finer ones.
@@ -39,6 +40,9 @@ fn open_as_stored(path: &Path, options: &OpenOptions) -> Result<Box<dyn DataSet>
         if let Some(hdf5) = Hdf5::open(path)? {
             return open_hdf5(hdf5, options);
         }
+        if VthbFile::recognises(path)? {
+            return Ok(Box::new(VthbFile::open(path, options)?));
+        }
         if let Some(data) = named_in_xdmf(path)? {
             let none = || FormatError::malformed(&data, "the file", "not HDF5, expected Athena++ data");
             return open_hdf5(Hdf5::open(&data)?.ok_or_else(none)?, options);
@@ -61,6 +65,8 @@ fn open_hdf5(hdf5: Hdf5, options: &OpenOptions) -> Result<Box<dyn DataSet>, Form
         Box::new(AthenaFile::read(hdf5, options)?)
     } else if FlashFile::recognises(&hdf5)? {
         Box::new(FlashFile::read(hdf5, options)?)
+    } else if VtkhdfFile::recognises(&hdf5)? {
+        Box::new(VtkhdfFile::read(hdf5, options)?)
     } else {
         return Err(hdf5.unrecognised(EXPECTED));
     })
@@ -68,6 +74,9 @@ fn open_hdf5(hdf5: Hdf5, options: &OpenOptions) -> Result<Box<dyn DataSet>, Form
 
 /// What a file that no reader knows looks like.
 fn described(path: &Path) -> Result<String, FormatError> {
+    if StructuredVolume::recognises(path)? {
+        return Ok("a structured volume (amray convert makes AMR data of it)".into());
+    }
     Ok(match start_of(path, 16)?.as_slice() {
         [] => "an empty file".into(),
         text if text.iter().all(|byte| byte.is_ascii_graphic() || byte.is_ascii_whitespace()) => {

@@ -66,3 +66,10 @@ fn chombo_files_sample_as_defined() {
 fn amrex_plotfiles_sample_as_defined() {
     data_sets("amrex").iter().for_each(|path| agrees_with_brute_force(path));
 }
+
+#[test]
+fn files_of_vtk_sample_as_defined() {
+    for name in ["vtk/synth3.vtkhdf", "vtk/synth3_raw.vthb"] {
+        real_data(name).iter().for_each(|path| agrees_with_brute_force(path));
+    }
+}

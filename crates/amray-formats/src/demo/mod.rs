@@ -12,12 +12,12 @@ mod tests;
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use amray::hierarchy::{Hierarchy, IndexBox, LevelDescription, VoxelType};
+use amray::hierarchy::{Centering, Hierarchy, IndexBox, LevelDescription, VoxelType};
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::FormatError;
 use crate::chombo::ChomboWriter;
+use crate::{AmrContent, FormatError};
 use refinement::{ALIGNMENT, Mesh, Refinement};
 
 /// The planning's share of the time.
@@ -90,7 +90,14 @@ impl Demo {
     /// [`DemoError`]; the file at `path` is then as it was before.
     pub fn write(&self, path: &Path, progress: &(dyn Fn(f64) + Sync)) -> Result<(), DemoError> {
         let hierarchy = self.hierarchy(&|share| progress(PLANNING * share))?;
-        let writer = ChomboWriter::create(path, &hierarchy, &field::COMPONENTS, VoxelType::F64, 0.0)?;
+        let content = AmrContent {
+            hierarchy: &hierarchy,
+            components: &field::COMPONENTS,
+            centering: Centering::Cells,
+            voxel_type: VoxelType::F64,
+            time: 0.0,
+        };
+        let writer = ChomboWriter::create(path, &content)?;
         let (cells, done) = (hierarchy.cells() as f64, AtomicU64::new(0));
         let bricks: Vec<_> = hierarchy.bricks().collect();
         bricks.into_par_iter().try_for_each(|brick| {
@@ -98,7 +105,7 @@ impl Demo {
             let values = brick.cells.iter().map(|cell| field::at_centre(cell, side).into());
             let (density, temperature): (Vec<f64>, Vec<f64>) = values.unzip();
             for (component, values) in [density, temperature].iter().enumerate() {
-                writer.write_brick(brick.level, brick.number, component, values)?;
+                writer.write(brick.level, brick.number, component, 0, values)?;
             }
             let done = done.fetch_add(brick.cells.cells(), Ordering::Relaxed) + brick.cells.cells();
             progress(PLANNING + (1.0 - PLANNING) * done as f64 / cells);

@@ -10,7 +10,7 @@ use memmap2::Mmap;
 use super::number::describe;
 use super::{H5Type, Hdf5Set, Storage};
 use crate::FormatError;
-use crate::number::NumberType;
+use crate::number::{NumberType, voxel_type};
 use crate::store::Store;
 
 /// Where a brick lies in a data set of the dimensions (leading..., z, y, x).
@@ -31,7 +31,7 @@ impl Hdf5Set {
     /// # Errors
     /// [`FormatError::Malformed`] where they are no numbers of a usual size.
     pub(crate) fn voxel_type_in_memory(&self) -> Result<VoxelType, FormatError> {
-        Ok(self.number_type()?.voxel_type())
+        Ok(voxel_type(self.number_type()?))
     }
 
     /// The values of a brick of the type [`voxel_type_in_memory`](Self::voxel_type_in_memory): where they are if they are
@@ -85,7 +85,11 @@ impl Hdf5Set {
         }
     }
 
-    fn read<T: Voxel>(&self, ranges: &[Range<u64>]) -> Result<Vec<T>, FormatError> {
+    /// The values of a box (from the first to before the last index, per axis), last axis fastest.
+    ///
+    /// # Errors
+    /// [`FormatError::Malformed`] where it leaves the data set or cannot be read.
+    pub(crate) fn read<T: Voxel>(&self, ranges: &[Range<u64>]) -> Result<Vec<T>, FormatError> {
         match self.number_type()? {
             NumberType::F32 => self.converted(ranges, |value: f32| f64::from(value)),
             NumberType::F64 => self.converted(ranges, |value: f64| value),

@@ -10,6 +10,7 @@ mod nrrd;
 mod raw;
 mod samples;
 mod transposed;
+mod vti;
 
 use std::fs::File;
 use std::path::Path;
@@ -19,12 +20,16 @@ use amray::hierarchy::VoxelType;
 use crate::FormatError;
 use crate::mapped_file::start_of;
 pub use crate::number::{ByteOrder, NumberType};
+use crate::vtk::Image;
 pub use raw::RawLayout;
 pub use samples::SliceReader;
 use samples::{Fastest, Samples};
 
 /// More samples along an axis than any file format here can number; AMR files have 32-bit indices.
 const MAX_SIDE: u64 = i32::MAX as u64;
+
+/// The first bytes of a file, enough for each format to be told.
+const BEGINNING: u64 = 4096;
 
 /// A structured volume on disk: what its header says, and where its samples are.
 #[derive(Clone, Debug)]
@@ -43,18 +48,21 @@ enum Format {
     Nrrd,
     NumPy,
     Nifti,
+    Vti,
 }
 
 impl Format {
     /// The format that a file's first bytes tell.
     fn of(path: &Path) -> Result<Option<Self>, FormatError> {
-        let start = start_of(path, nifti::HEADER as u64)?;
+        let start = start_of(path, BEGINNING)?;
         Ok(if start.starts_with(b"NRRD000") {
             Some(Self::Nrrd)
         } else if start.starts_with(b"\x93NUMPY") {
             Some(Self::NumPy)
         } else if nifti::recognises(path, &start)? {
             Some(Self::Nifti)
+        } else if Image::recognises(&start) {
+            Some(Self::Vti)
         } else {
             None
         })
@@ -63,7 +71,7 @@ impl Format {
 
 impl StructuredVolume {
     /// What [`StructuredVolume::open`] knows, for messages.
-    pub const FORMATS: &str = "NRRD, NumPy, NIfTI";
+    pub const FORMATS: &str = "NRRD, NumPy, NIfTI, VTK ImageData";
 
     /// Whether `path` is a file that [`StructuredVolume::open`] knows. Directories, pipes and devices are not.
     ///
@@ -74,18 +82,23 @@ impl StructuredVolume {
         Ok(metadata.is_file() && Format::of(path)?.is_some())
     }
 
-    /// Opens a volume whose file says what it is: NRRD (`.nrrd`, `.nhdr`), NumPy (`.npy`) or NIfTI-1 (`.nii`,
-    /// `.nii.gz`). The content decides, not the name.
+    /// Opens a volume whose file says what it is: NRRD (`.nrrd`, `.nhdr`), NumPy (`.npy`), NIfTI-1 (`.nii`, `.nii.gz`) or
+    /// VTK ImageData (`.vti`). The content decides, not the name. Where the format has several arrays in a file, `field`
+    /// is the name of the one to read; if not given, the file's active scalars or its first ones.
     ///
     /// # Errors
     /// [`FormatError::Unrecognised`] where it is none of these, another [`FormatError`] where it is damaged, has not three
-    /// axes, or holds what is no scalar.
-    pub fn open(path: &Path) -> Result<Self, FormatError> {
-        match Format::of(path)? {
-            Some(Format::Nrrd) => nrrd::open(path),
-            Some(Format::NumPy) => npy::open(path),
-            Some(Format::Nifti) => nifti::open(path),
-            None => Err(FormatError::Unrecognised {
+    /// axes, holds what is no scalar, or has no array of that name.
+    pub fn open(path: &Path, field: Option<&str>) -> Result<Self, FormatError> {
+        match (Format::of(path)?, field) {
+            (Some(Format::Vti), _) => vti::open(path, field),
+            (Some(_), Some(name)) => {
+                Err(FormatError::malformed(path, "header", format!("one array without a name, expected {name:?}")))
+            }
+            (Some(Format::Nrrd), None) => nrrd::open(path),
+            (Some(Format::NumPy), None) => npy::open(path),
+            (Some(Format::Nifti), None) => nifti::open(path),
+            (None, _) => Err(FormatError::Unrecognised {
                 path: path.into(),
                 found: "a file of an unknown kind".into(),
                 expected: format!("a structured volume ({})", Self::FORMATS),

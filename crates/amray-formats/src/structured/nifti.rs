@@ -12,7 +12,7 @@ use crate::mapped_file::{open_regular, start_of};
 use crate::number::{ByteOrder, NumberType};
 
 /// The header's length, which is also its first number.
-pub(super) const HEADER: usize = 348;
+const HEADER: usize = 348;
 /// What a header of both data and header in one file ends with.
 const MAGIC: &[u8] = b"n+1\0";
 
@@ -94,9 +94,7 @@ impl<'a> Header<'a> {
     }
 
     fn number(&self, number: NumberType, place: usize) -> f64 {
-        let mut values: Vec<f64> = Vec::with_capacity(1);
-        number.decode(self.order, &self.bytes[place..place + number.bytes()], &mut values);
-        values[0]
+        number.value(self.order, &self.bytes[place..place + number.bytes()])
     }
 
     fn short(&self, place: usize) -> i64 {

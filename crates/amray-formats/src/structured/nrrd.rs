@@ -35,7 +35,7 @@ pub(super) fn open(path: &Path) -> Result<StructuredVolume, FormatError> {
             _ => None,
         })?,
     };
-    let (path, offset) = header.place(encoding)?;
+    let (path, offset) = header.place(&encoding)?;
     let (spacing, origin) = header.grid()?;
     let samples = Samples { path, offset, encoding, number, order, scaling: None, size, fastest: Fastest::X };
     let samples = samples.checked()?;
@@ -108,14 +108,14 @@ impl Header {
     }
 
     /// The file that holds the samples, and how many of its bytes come before them.
-    fn place(&self, encoding: Encoding) -> Result<(PathBuf, u64), FormatError> {
+    fn place(&self, encoding: &Encoding) -> Result<(PathBuf, u64), FormatError> {
         if let Some(lines) = self.get(&["line skip", "lineskip"]).filter(|&lines| lines != "0") {
             return Err(self.malformed("line skip", format!("{lines:?}, expected 0")));
         }
         let bytes = self.get(&["byte skip", "byteskip"]).unwrap_or("0");
         let skipped: u32 = match bytes.parse() {
             Ok(0) => 0,
-            Ok(skipped) if encoding == Encoding::Raw => skipped,
+            Ok(skipped) if *encoding == Encoding::Raw => skipped,
             _ => return Err(self.malformed("byte skip", format!("{bytes:?}, expected 0, or a count of bytes if raw"))),
         };
         let skipped = u64::from(skipped);

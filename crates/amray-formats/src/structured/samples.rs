@@ -4,12 +4,13 @@ use std::io::{self, BufRead, BufReader, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use amray::hierarchy::{Voxel, VoxelType};
+use amray_encoding::vtk::{ArrayLocation, ArrayPlace};
 use flate2::read::MultiGzDecoder;
 
 use super::transposed::Transposed;
 use crate::FormatError;
 use crate::mapped_file::open_regular;
-use crate::number::{ByteOrder, NumberType};
+use crate::number::{ByteOrder, NumberType, voxel_type};
 
 /// Bytes that are read at a time: a whole number of samples of any type.
 const CHUNK: usize = 1 << 20;
@@ -33,7 +34,7 @@ pub(super) struct Samples {
 }
 
 /// How samples are stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
     /// Numbers one after the other.
     Raw,
@@ -43,6 +44,8 @@ pub(super) enum Encoding {
     GzipFromOffset,
     /// Decimal numbers between blanks or commas.
     Text,
+    /// An array in one of VTK's XML files.
+    Vtk(ArrayLocation),
 }
 
 /// The axis along which neighbouring samples are neighbours in the file. Files are read from front to back, so this
@@ -53,6 +56,12 @@ pub(super) enum Fastest {
     X,
     /// z, then y, then x; stored [raw](Encoding::Raw).
     Z,
+}
+
+impl Encoding {
+    fn is_text(&self) -> bool {
+        matches!(self, Self::Text | Self::Vtk(ArrayLocation { place: ArrayPlace::Text, .. }))
+    }
 }
 
 impl Samples {
@@ -66,7 +75,7 @@ impl Samples {
         let needed = match self.encoding {
             Encoding::Raw => count * self.number.bytes() as u64,
             // What is compressed is found to be too short when it is read.
-            Encoding::Gzip | Encoding::GzipFromOffset => 0,
+            Encoding::Gzip | Encoding::GzipFromOffset | Encoding::Vtk(_) => 0,
             // A digit each, and something between them.
             Encoding::Text => 2 * count - 1,
         };
@@ -81,7 +90,7 @@ impl Samples {
 
     /// The smaller of amray's number types that holds every value.
     pub(super) fn voxel_type(&self) -> VoxelType {
-        if self.scaling.is_some() { VoxelType::F64 } else { self.number.voxel_type() }
+        if self.scaling.is_some() { VoxelType::F64 } else { voxel_type(self.number) }
     }
 
     /// Samples per slice across z.
@@ -102,9 +111,21 @@ impl Samples {
             };
         }
         file.seek(SeekFrom::Start(self.offset)).map_err(&failed)?;
-        Ok(match self.encoding {
+        Ok(match &self.encoding {
             Encoding::GzipFromOffset => Box::new(MultiGzDecoder::new(BufReader::new(file))),
-            _ => Box::new(file),
+            Encoding::Vtk(ArrayLocation { start, end, place }) => {
+                let array = file.take(end.map_or(u64::MAX, |end| end - start));
+                match place {
+                    ArrayPlace::Text => Box::new(array),
+                    ArrayPlace::Binary(encoding) => {
+                        let bytes = self.size.iter().map(|&samples| samples as u128).product::<u128>();
+                        let bytes = bytes * self.number.bytes() as u128;
+                        let array = encoding.open(BufReader::new(array), bytes);
+                        Box::new(array.map_err(|error| truncated(&self.path, error))?)
+                    }
+                }
+            }
+            Encoding::Raw | Encoding::Gzip | Encoding::Text => Box::new(file),
         })
     }
 }
@@ -126,10 +147,10 @@ enum Input {
 impl<'a> SliceReader<'a> {
     /// `memory` is how many bytes the reader may keep; it needs them only where slices lie scattered in the file.
     pub(super) fn new(samples: &'a Samples, memory: u64) -> Result<Self, FormatError> {
-        let input = match (samples.fastest, samples.encoding) {
-            (Fastest::Z, _) => Input::Transposed(Transposed::new(samples, memory)),
-            (Fastest::X, Encoding::Text) => Input::Text(BufReader::new(samples.open()?)),
-            (Fastest::X, _) => Input::Numbers(samples.open()?),
+        let input = match samples.fastest {
+            Fastest::Z => Input::Transposed(Transposed::new(samples, memory)),
+            Fastest::X if samples.encoding.is_text() => Input::Text(BufReader::new(samples.open()?)),
+            Fastest::X => Input::Numbers(samples.open()?),
         };
         Ok(Self { samples, input, left: samples.size[2] })
     }
@@ -186,7 +207,7 @@ fn read_numbers<T: Voxel>(
     while left > 0 {
         bytes.truncate(left);
         file.read_exact(&mut bytes)?;
-        samples.number.decode(samples.order, &bytes, values);
+        samples.number.decode(samples.order, &bytes, T::from_f64, values);
         left -= bytes.len();
     }
     Ok(())

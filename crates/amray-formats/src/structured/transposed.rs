@@ -35,7 +35,7 @@ impl Transposed {
                 self.gather(samples, number)?;
             }
             let bytes = &self.slices[(number - self.first) * slice..][..slice];
-            samples.number.decode(ByteOrder::Little, bytes, values);
+            samples.number.decode(ByteOrder::Little, bytes, T::from_f64, values);
         }
         self.next += count;
         Ok(())

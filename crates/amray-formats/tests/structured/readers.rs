@@ -91,7 +91,7 @@ fn nifti(order: ByteOrder, change: impl Fn(&mut Header)) -> Vec<u8> {
 
 fn opened(name: &str, content: &[u8]) -> (StructuredVolume, Vec<f64>) {
     let (_directory, path) = file(name, content);
-    let volume = StructuredVolume::open(&path).unwrap_or_else(|error| panic!("{error}"));
+    let volume = StructuredVolume::open(&path, None).unwrap_or_else(|error| panic!("{error}"));
     assert!(StructuredVolume::recognises(&path).unwrap());
     assert_eq!(volume.size(), SIZE);
     let values = read_all(&volume, 2).unwrap_or_else(|error| panic!("{error}"));
@@ -108,7 +108,7 @@ fn failure(name: &str, content: &[u8]) -> String {
 
 /// Opens a file that claims to be no larger than its bytes may be, and reads it.
 fn look(path: &Path) -> Result<(), FormatError> {
-    let volume = StructuredVolume::open(path)?;
+    let volume = StructuredVolume::open(path, None)?;
     // A claim about compressed samples is found out slice by slice.
     if volume.sample_count() < 1 << 20 {
         read_all::<f64>(&volume, 1)?;
@@ -138,12 +138,12 @@ fn nrrd_in_every_encoding() {
 fn detached_headers_name_their_samples() {
     let (directory, path) = file("a.nhdr", &nrrd("encoding: raw\ndata file: a.raw", b""));
     std::fs::write(directory.path().join("a.raw"), shorts(ByteOrder::Little)).unwrap();
-    let volume = StructuredVolume::open(&path).unwrap();
+    let volume = StructuredVolume::open(&path, None).unwrap();
     assert_eq!(read_all::<f32>(&volume, 3).unwrap(), numbers().iter().map(|&n| n as f32).collect::<Vec<_>>());
     assert_eq!(volume.sample_file(), directory.path().join("a.raw"));
     // Without an empty line, too.
     std::fs::write(&path, nrrd("encoding: raw\ndatafile: ./a.raw", b"").trim_ascii_end()).unwrap();
-    assert!(StructuredVolume::open(&path).is_ok());
+    assert!(StructuredVolume::open(&path, None).is_ok());
     for name in ["/etc/passwd", "../a.raw", "LIST", "missing.raw", "."] {
         let error = failure("a.nhdr", &nrrd(&format!("encoding: raw\ndata file: {name}"), b""));
         assert!(error.starts_with("data file: "), "{error}");
@@ -285,7 +285,7 @@ fn raw_volumes_have_the_length_that_is_stated() {
     let placed = volume.placed(Some([1.0, 2.0, 3.0]), Some([0.5; 3])).unwrap();
     assert_eq!((placed.spacing(), placed.origin()), ([1.0, 2.0, 3.0], [0.5; 3]));
     assert!(placed.clone().placed(Some([0.0; 3]), None).is_err() && placed.placed(None, Some([f64::NAN; 3])).is_err());
-    let error = StructuredVolume::open(&path).unwrap_err().to_string();
+    let error = StructuredVolume::open(&path, None).unwrap_err().to_string();
     assert!(error.ends_with("expected a structured volume (NRRD, NumPy, NIfTI)"), "{error}");
     assert!(!StructuredVolume::recognises(path.parent().unwrap()).unwrap());
     assert!(StructuredVolume::recognises(Path::new("/nonexistent")).is_err());

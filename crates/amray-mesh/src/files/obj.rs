@@ -3,10 +3,12 @@
 //! Colours are the widespread extension of three more numbers after a vertex. Texture coordinates, groups, materials,
 //! curves and lines are passed over.
 
+use amray_encoding::shown;
+
 use super::error::Problem;
 use super::merge::Distinct;
 use super::polygon::fan;
-use super::text::{lines, shown, triple};
+use super::text::{lines, triple};
 use crate::MeshDescription;
 
 /// What was read so far.

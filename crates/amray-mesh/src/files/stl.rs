@@ -3,9 +3,11 @@
 //! The normals of triangles are not read: they say nothing that the corners do not. Binary files may have colours, as
 //! VisCAM and SolidView write them: 15 bits in the two bytes after each triangle.
 
+use amray_encoding::shown;
+
 use super::error::Problem;
 use super::merge::Distinct;
-use super::text::{lines, shown, triple};
+use super::text::{lines, triple};
 use crate::MeshDescription;
 
 /// Text without meaning and the number of triangles.

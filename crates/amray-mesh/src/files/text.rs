@@ -2,9 +2,6 @@
 
 use std::borrow::Cow;
 
-/// How much of an unexpected line an error shows, in characters.
-const SHOWN: usize = 60;
-
 /// The lines of a text with their numbers, from 1. `joined` says whether a line that ends with a backslash goes on in
 /// the next one.
 pub(super) fn lines(bytes: &[u8], joined: bool) -> impl Iterator<Item = (usize, Cow<'_, str>)> {
@@ -19,15 +16,6 @@ pub(super) fn lines(bytes: &[u8], joined: bool) -> impl Iterator<Item = (usize, 
         }
         Some((index + 1, line))
     })
-}
-
-/// The beginning of a line, quoted and with its control characters escaped.
-pub(super) fn shown(line: &str) -> String {
-    let line = line.trim();
-    match line.char_indices().nth(SHOWN) {
-        Some((end, _)) => format!("{:?}...", &line[..end]),
-        None => format!("{line:?}"),
-    }
 }
 
 /// The next three words as numbers.
@@ -46,11 +34,5 @@ mod tests {
         let joined: Vec<_> = lines(text, true).map(|(number, line)| (number, line.trim().to_owned())).collect();
         assert_eq!(joined, [(1, "f 1  2  3".into()), (4, "v".into()), (5, "\\".into())]);
         assert_eq!(lines(text, false).count(), 5);
-    }
-
-    #[test]
-    fn long_lines_are_cut() {
-        assert_eq!(shown(" a\u{1}b\r"), "\"a\\u{1}b\"");
-        assert_eq!(shown(&"é".repeat(100)), format!("\"{}\"...", "é".repeat(60)));
     }
 }

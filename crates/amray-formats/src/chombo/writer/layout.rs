@@ -1,13 +1,12 @@
 //! The groups, attributes and data sets of a Chombo file.
 
-use std::path::Path;
-
-use amray::hierarchy::VoxelType;
 use rust_hdf5::format::messages::datatype::{CompoundMember, DatatypeMessage};
-use rust_hdf5::{FileLocking, H5File, H5Group, H5Type, Hdf5Error, LibverBound};
+use rust_hdf5::{H5Group, H5Type, Hdf5Error};
 
-use super::LevelWriter;
 use super::tables::{CellSize, LevelTable};
+use super::{LevelWriter, data_centering};
+use crate::AmrContent;
+use crate::hdf5_output::{ValueList, set_text};
 
 /// Chombo's box: six 32-bit integers and, as its own files have it, four unused bytes.
 const BOX_BYTES: u32 = 28;
@@ -16,38 +15,35 @@ const VECTOR_MEMBERS: [&str; 3] = ["intvecti", "intvectj", "intvectk"];
 
 /// What the file says of all levels alike.
 pub(super) struct Layout<'a> {
-    pub(super) components: &'a [&'a str],
-    pub(super) voxel_type: VoxelType,
-    pub(super) time: f64,
+    pub(super) content: &'a AmrContent<'a>,
     /// The world position of cell (0, 0, 0), where it is not the world's origin.
     pub(super) origin: Option<[f64; 3]>,
 }
 
 impl Layout<'_> {
-    /// Makes the file at `path` and reserves the place of its values.
-    pub(super) fn write(&self, path: &Path, tables: Vec<LevelTable>) -> Result<(H5File, Vec<LevelWriter>), Hdf5Error> {
-        // The oldest layout is the one that every HDF5 library reads. Nobody else knows the temporary name.
-        let options = H5File::options().libver(LibverBound::Earliest).locking(FileLocking::Disabled);
-        let file = options.create(path)?;
-        let root = file.root_group();
-        set_text(&root, "filetype", "VanillaAMRFileType")?;
+    /// Fills the root group of an empty file and reserves the place of its values.
+    pub(super) fn write(&self, root: &H5Group, tables: Vec<LevelTable>) -> Result<Vec<LevelWriter>, Hdf5Error> {
+        let AmrContent { components, centering, time, .. } = self.content;
+        set_text(root, "filetype", "VanillaAMRFileType")?;
         root.set_attr_numeric("num_levels", &(tables.len() as i32))?;
         root.set_attr_numeric("max_level", &(tables.len() as i32 - 1))?;
-        root.set_attr_numeric("num_components", &(self.components.len() as i32))?;
+        root.set_attr_numeric("num_components", &(components.len() as i32))?;
         root.set_attr_numeric("iteration", &0i32)?;
-        root.set_attr_numeric("time", &self.time)?;
-        if let Some(origin) = self.origin {
-            set_numbers(&root, "origin", origin)?;
+        root.set_attr_numeric("time", time)?;
+        if let Some(centering) = data_centering(*centering) {
+            root.set_attr_numeric("data_centering", &centering)?;
         }
-        for (number, name) in self.components.iter().enumerate() {
-            set_text(&root, &format!("component_{number}"), name)?;
+        if let Some(origin) = self.origin {
+            set_numbers(root, "origin", origin)?;
+        }
+        for (number, name) in components.iter().enumerate() {
+            set_text(root, &format!("component_{number}"), name)?;
         }
         let global = root.create_group("Chombo_global")?;
         global.set_attr_numeric("SpaceDim", &3i32)?;
         global.set_attr_numeric("testReal", &0f64)?;
         let write_level = |(number, table)| self.write_level(&root.create_group(&format!("level_{number}"))?, table);
-        let levels = tables.into_iter().enumerate().map(write_level).collect::<Result<_, _>>()?;
-        Ok((file, levels))
+        tables.into_iter().enumerate().map(write_level).collect()
     }
 
     fn write_level(&self, group: &H5Group, table: LevelTable) -> Result<LevelWriter, Hdf5Error> {
@@ -62,10 +58,10 @@ impl Layout<'_> {
             }
         }
         group.set_attr_numeric("dt", &0f64)?;
-        group.set_attr_numeric("time", &self.time)?;
+        group.set_attr_numeric("time", &self.content.time)?;
         group.set_attr_typed("prob_domain", box_type(), box_bytes(&table.domain).collect())?;
         let attributes = group.create_group("data_attributes")?;
-        attributes.set_attr_numeric("comps", &(self.components.len() as i32))?;
+        attributes.set_attr_numeric("comps", &(self.content.components.len() as i32))?;
         set_vector(&attributes, "ghost", [0; 3])?;
         set_vector(&attributes, "outputGhost", [0; 3])?;
         set_text(&attributes, "objectType", "FArrayBox")?;
@@ -80,10 +76,7 @@ impl Layout<'_> {
         }
         group.new_dataset::<i64>().shape([count + 1]).create("data:offsets=0")?.write_raw(&table.offsets)?;
         let total = table.offsets[count] as usize;
-        let values = match self.voxel_type {
-            VoxelType::F32 => group.new_dataset::<f32>().shape([total]).create("data:datatype=0")?,
-            VoxelType::F64 => group.new_dataset::<f64>().shape([total]).create("data:datatype=0")?,
-        };
+        let values = ValueList::create(group, "data:datatype=0", total, self.content.voxel_type)?;
         Ok(LevelWriter { values, offsets: table.offsets })
     }
 }
@@ -114,13 +107,4 @@ fn set_vector(group: &H5Group, name: &str, values: [i32; 3]) -> Result<(), Hdf5E
 fn set_numbers(group: &H5Group, name: &str, values: [f64; 3]) -> Result<(), Hdf5Error> {
     let bytes = values.into_iter().flat_map(f64::to_le_bytes).collect();
     group.set_attr_typed(name, compound::<f64>(&["x", "y", "z"], 24), bytes)
-}
-
-/// Text exactly as long as it is, without room for a NUL, as Chombo writes it.
-fn set_text(group: &H5Group, name: &str, text: &str) -> Result<(), Hdf5Error> {
-    let mut bytes = text.as_bytes().to_vec();
-    // HDF5 has no strings of length 0.
-    bytes.resize(text.len().max(1), 0);
-    let charset = u8::from(!text.is_ascii());
-    group.set_attr_typed(name, DatatypeMessage::FixedString { size: bytes.len() as u32, padding: 0, charset }, bytes)
 }

@@ -8,30 +8,25 @@ mod tables;
 #[cfg(test)]
 mod tests;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use amray::hierarchy::{Hierarchy, Voxel, VoxelType};
-use rust_hdf5::{H5Dataset, H5File, Hdf5Error};
+use amray::hierarchy::{Centering, Voxel};
 
-use crate::FormatError;
-use crate::output::OutputFile;
+use crate::hdf5_output::{Hdf5Output, ValueList, failure};
+use crate::{AmrContent, FormatError};
 use layout::Layout;
 
 /// A Chombo file that is being written; it takes its name when it is finished.
 ///
 /// Values can come from several threads at once and in any order. A brick that is never written holds zeros.
 pub struct ChomboWriter {
-    path: PathBuf,
-    voxel_type: VoxelType,
     components: usize,
     levels: Vec<LevelWriter>,
-    // Dropping the file completes it on disk: it must go before the temporary name does.
-    file: H5File,
-    output: OutputFile,
+    output: Hdf5Output,
 }
 
 struct LevelWriter {
-    values: H5Dataset,
+    values: ValueList,
     /// Where each brick's values start, and where the last one's end.
     offsets: Vec<i64>,
 }
@@ -45,47 +40,22 @@ impl ChomboWriter {
     ///
     /// # Errors
     /// [`FormatError::Malformed`] where the hierarchy cannot be expressed: indices beyond 32 bits. [`FormatError::Io`] where the file cannot be written.
-    pub fn create(
-        path: &Path,
-        hierarchy: &Hierarchy,
-        components: &[&str],
-        voxel_type: VoxelType,
-        time: f64,
-    ) -> Result<Self, FormatError> {
-        let (origin, tables) = tables::of(path, hierarchy, components.len())?;
-        let output = OutputFile::create(path)?;
-        let layout = Layout { components, voxel_type, time, origin };
-        let (file, levels) = layout.write(output.temporary_path(), tables).map_err(failure(path))?;
-        Ok(Self { path: path.into(), voxel_type, components: components.len(), levels, file, output })
+    pub fn create(path: &Path, content: &AmrContent) -> Result<Self, FormatError> {
+        let (origin, tables) = tables::of(path, content)?;
+        let output = Hdf5Output::create(path)?;
+        let levels = Layout { content, origin }.write(&output.root(), tables).map_err(failure(path))?;
+        Ok(Self { components: content.components.len(), levels, output })
     }
 
-    /// Writes one component of one brick: a value per cell, x fastest, rounded to the file's number type.
+    /// Writes some values of a brick's component, from the one counted `first` on, x fastest, rounded to the file's number
+    /// type.
     ///
     /// # Errors
     /// [`FormatError::Io`] where the file cannot be written.
     ///
     /// # Panics
-    /// Where there is no such level, brick or component, or not one value per cell.
-    pub fn write_brick<T: Voxel>(
-        &self,
-        level: usize,
-        brick: usize,
-        component: usize,
-        values: &[T],
-    ) -> Result<(), FormatError> {
-        let cells = self.levels[level].cells(brick, self.components);
-        assert_eq!(values.len(), cells, "values of level {level}, brick {brick}");
-        self.write_cells(level, brick, component, 0, values)
-    }
-
-    /// Writes one component of some cells of a brick, from the one counted `first` on, x fastest.
-    ///
-    /// # Errors
-    /// [`FormatError::Io`] where the file cannot be written.
-    ///
-    /// # Panics
-    /// Where there is no such level, brick or component, or not as many cells.
-    pub fn write_cells<T: Voxel>(
+    /// Where there is no such level, brick or component, or not as many values.
+    pub fn write<T: Voxel>(
         &self,
         level: usize,
         brick: usize,
@@ -95,15 +65,10 @@ impl ChomboWriter {
     ) -> Result<(), FormatError> {
         assert!(component < self.components, "no component {component} among {}", self.components);
         let LevelWriter { values: target, offsets } = &self.levels[level];
-        let cells = self.levels[level].cells(brick, self.components);
-        assert!(first <= cells && values.len() <= cells - first, "cells of level {level}, brick {brick}");
-        let (start, count) = (offsets[brick] as usize + component * cells + first, values.len());
-        let numbers = values.iter().map(|value| value.to_f64());
-        match self.voxel_type {
-            VoxelType::F32 => target.write_slice(&[start], &[count], &numbers.map(f32::from_f64).collect::<Vec<_>>()),
-            VoxelType::F64 => target.write_slice(&[start], &[count], &numbers.collect::<Vec<_>>()),
-        }
-        .map_err(failure(&self.path))
+        let all = (offsets[brick + 1] - offsets[brick]) as usize / self.components;
+        assert!(first <= all && values.len() <= all - first, "values of level {level}, brick {brick}");
+        let start = offsets[brick] as usize + component * all + first;
+        target.write(start, values).map_err(failure(self.output.path()))
     }
 
     /// Completes the file and gives it its name.
@@ -111,26 +76,15 @@ impl ChomboWriter {
     /// # Errors
     /// [`FormatError::Io`] where the file cannot be written or renamed.
     pub fn finish(self) -> Result<(), FormatError> {
-        let Self { path, levels, file, output, .. } = self;
-        drop(levels);
-        file.close_no_sync().map_err(failure(&path))?;
-        output.finish()
+        drop(self.levels);
+        self.output.finish()
     }
 }
 
-impl LevelWriter {
-    /// The number of cells of a brick.
-    fn cells(&self, brick: usize, components: usize) -> usize {
-        (self.offsets[brick + 1] - self.offsets[brick]) as usize / components
-    }
-}
-
-fn failure(path: &Path) -> impl Fn(Hdf5Error) -> FormatError + use<> {
-    let failed = FormatError::io(path, "write");
-    move |error| {
-        failed(match error {
-            Hdf5Error::Io(source) => source,
-            other => std::io::Error::other(other.to_string()),
-        })
+/// Chombo's number for what values belong to; cells go without saying.
+fn data_centering(centering: Centering) -> Option<i32> {
+    match centering {
+        Centering::Cells => None,
+        Centering::Nodes => Some(7),
     }
 }

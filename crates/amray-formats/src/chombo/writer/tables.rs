@@ -4,7 +4,7 @@ use std::path::Path;
 
 use amray::hierarchy::{Hierarchy, IndexBox, Level};
 
-use crate::FormatError;
+use crate::{AmrContent, FormatError};
 
 /// What codes write where it has no meaning: for the finest level.
 const FINEST_RATIO: [i64; 3] = [2; 3];
@@ -34,11 +34,8 @@ pub(super) enum CellSize {
 }
 
 /// The tables of all levels, and the origin where indices do not tell it.
-pub(super) fn of(
-    path: &Path,
-    hierarchy: &Hierarchy,
-    components: usize,
-) -> Result<(Option<[f64; 3]>, Vec<LevelTable>), FormatError> {
+pub(super) fn of(path: &Path, content: &AmrContent) -> Result<(Option<[f64; 3]>, Vec<LevelTable>), FormatError> {
+    let hierarchy = content.hierarchy;
     let levels = hierarchy.levels();
     let in_cells = origin_in_cells(hierarchy);
     let origin = in_cells.unwrap_or_default();
@@ -48,7 +45,7 @@ pub(super) fn of(
         let shift = [0, 1, 2].map(|axis| i128::from(origin[axis]) * i128::from(refinement[axis]));
         let finer_ratio = levels.get(number + 1).map_or(FINEST_RATIO, Level::ratio);
         let refused = |problem| FormatError::malformed(path, format!("level {number}"), problem);
-        LevelTable::new(level, finer_ratio, shift, isotropic, components).map_err(refused)
+        LevelTable::new(level, finer_ratio, shift, isotropic, content).map_err(refused)
     };
     let tables = levels.iter().enumerate().map(table).collect::<Result<_, _>>()?;
     Ok((in_cells.is_none().then(|| hierarchy.origin()), tables))
@@ -60,7 +57,7 @@ impl LevelTable {
         finer_ratio: [i64; 3],
         shift: [i128; 3],
         isotropic: bool,
-        components: usize,
+        content: &AmrContent,
     ) -> Result<Self, String> {
         let domain = corners(&level.domain(), shift)
             .ok_or_else(|| format!("domain {} does not fit Chombo's 32-bit indices", level.domain()))?;
@@ -69,7 +66,9 @@ impl LevelTable {
         };
         // Bricks lie in the domain, so their indices fit too.
         let boxes = level.bricks().iter().filter_map(|brick| corners(brick, shift)).collect();
-        let offsets = offsets(level.bricks(), components as u64).ok_or_else(|| {
+        let components = content.components.len();
+        let places = level.bricks().iter().map(|brick| content.centering.values_of(brick));
+        let offsets = offsets(places, components as u64).ok_or_else(|| {
             format!("{} bricks of {components} components hold too many values", level.bricks().len())
         })?;
         let width = level.cell_size();
@@ -103,12 +102,11 @@ fn corners(cells: &IndexBox, shift: [i128; 3]) -> Option<Corners> {
     Some([first_x?, first_y?, first_z?, last_x?, last_y?, last_z?])
 }
 
-fn offsets(bricks: &[IndexBox], components: u64) -> Option<Vec<i64>> {
+fn offsets(places: impl Iterator<Item = IndexBox>, components: u64) -> Option<Vec<i64>> {
     let mut end = 0u64;
-    let mut offsets = Vec::with_capacity(bricks.len() + 1);
-    offsets.push(0);
-    for brick in bricks {
-        let values = brick.cells().checked_mul(components)?;
+    let mut offsets = vec![0];
+    for places in places {
+        let values = places.cells().checked_mul(components)?;
         end = end.checked_add(values).filter(|&end| end <= MAX_VALUES)?;
         offsets.push(end as i64);
     }

@@ -1,13 +1,13 @@
 //! What is written is read back by another library.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use amray::hierarchy::{Hierarchy, HierarchyError, IndexBox, LevelDescription, VoxelType};
+use amray::hierarchy::{Centering, Hierarchy, HierarchyError, IndexBox, LevelDescription, VoxelType};
 use hdf5_reader::{Datatype, Hdf5File};
 use tempfile::TempDir;
 
 use super::ChomboWriter;
-use crate::{ChomboFile, DataSet, FormatError, OpenOptions};
+use crate::{AmrContent, ChomboFile, DataSet, FormatError, OpenOptions};
 
 /// Two bricks over a 4 x 4 x 8 domain, and a finer one inside the first.
 fn hierarchy(origin: [f64; 3], cell_size: [f64; 3], ratio: [i64; 3]) -> Result<Hierarchy, HierarchyError> {
@@ -33,6 +33,17 @@ fn refusal(result: Result<ChomboWriter, FormatError>) -> String {
     result.err().expect("it must be refused").to_string()
 }
 
+fn create(
+    path: &Path,
+    hierarchy: &Hierarchy,
+    components: &[&str],
+    voxel_type: VoxelType,
+    time: f64,
+) -> Result<ChomboWriter, FormatError> {
+    let centering = Centering::Cells;
+    ChomboWriter::create(path, &AmrContent { hierarchy, components, centering, voxel_type, time })
+}
+
 fn attribute(file: &Hdf5File, group: &str, name: &str) -> hdf5_reader::Attribute {
     file.group(group).unwrap().attribute(name).unwrap()
 }
@@ -49,13 +60,13 @@ fn doubles(bytes: &[u8]) -> Vec<f64> {
 fn everything_is_read_back() {
     let (_directory, path) = new_file();
     let hierarchy = hierarchy([0.0; 3], [0.5; 3], [2; 3]).unwrap();
-    let writer = ChomboWriter::create(&path, &hierarchy, &["density", "x-momentum"], VoxelType::F64, 1.5).unwrap();
+    let writer = create(&path, &hierarchy, &["density", "x-momentum"], VoxelType::F64, 1.5).unwrap();
     let numbers = |first: i32, count: i32| (first..first + count).map(f64::from).collect::<Vec<f64>>();
     // The last first, and one brick never.
-    writer.write_brick(1, 0, 1, &numbers(3000, 32)).unwrap();
-    writer.write_brick(0, 1, 1, &numbers(2000, 64)).unwrap();
-    writer.write_brick(0, 1, 0, &[1.0f32; 64]).unwrap();
-    writer.write_brick(1, 0, 0, &numbers(4000, 32)).unwrap();
+    writer.write(1, 0, 1, 0, &numbers(3000, 32)).unwrap();
+    writer.write(0, 1, 1, 0, &numbers(2000, 64)).unwrap();
+    writer.write(0, 1, 0, 0, &[1.0f32; 64]).unwrap();
+    writer.write(1, 0, 0, 0, &numbers(4000, 32)).unwrap();
     writer.finish().unwrap();
 
     let file = Hdf5File::open(&path).unwrap();
@@ -95,8 +106,8 @@ fn everything_is_read_back() {
 fn axes_that_differ_are_written_as_vectors_and_values_in_single_precision() {
     let (_directory, path) = new_file();
     let hierarchy = hierarchy([0.0; 3], [0.5, 0.5, 1.0], [2, 1, 4]).unwrap();
-    let writer = ChomboWriter::create(&path, &hierarchy, &["a"], VoxelType::F32, 0.0).unwrap();
-    writer.write_brick(1, 0, 0, &[1.0 / 3.0; 32]).unwrap();
+    let writer = create(&path, &hierarchy, &["a"], VoxelType::F32, 0.0).unwrap();
+    writer.write(1, 0, 0, 0, &[1.0 / 3.0; 32]).unwrap();
     writer.finish().unwrap();
     let file = Hdf5File::open(&path).unwrap();
     assert_eq!(doubles(&attribute(&file, "/level_1", "vec_dx").raw_data), [0.25, 0.5, 0.25]);
@@ -110,7 +121,7 @@ fn axes_that_differ_are_written_as_vectors_and_values_in_single_precision() {
 fn an_origin_moves_the_indices_or_is_stated() {
     let (_directory, path) = new_file();
     let moved = hierarchy([-1.0, 0.5, 0.3 / 0.1 * 0.5], [0.5; 3], [2; 3]).unwrap();
-    ChomboWriter::create(&path, &moved, &["a"], VoxelType::F64, 0.0).unwrap().finish().unwrap();
+    create(&path, &moved, &["a"], VoxelType::F64, 0.0).unwrap().finish().unwrap();
     let file = Hdf5File::open(&path).unwrap();
     assert_eq!(integers(&attribute(&file, "/level_0", "prob_domain").raw_data)[..6], [-2, 1, 3, 1, 4, 10]);
     assert_eq!(integers(&attribute(&file, "/level_1", "prob_domain").raw_data)[..6], [-4, 2, 6, 3, 9, 21]);
@@ -118,7 +129,7 @@ fn an_origin_moves_the_indices_or_is_stated() {
     assert_eq!(integers(&boxes)[..6], [-2, 4, 8, 1, 5, 11]);
 
     let between = hierarchy([0.1, 0.0, 0.0], [0.5; 3], [2; 3]).unwrap();
-    ChomboWriter::create(&path, &between, &["a"], VoxelType::F64, 0.0).unwrap().finish().unwrap();
+    create(&path, &between, &["a"], VoxelType::F64, 0.0).unwrap().finish().unwrap();
     let file = Hdf5File::open(&path).unwrap();
     assert_eq!(doubles(&attribute(&file, "/", "origin").raw_data), [0.1, 0.0, 0.0]);
     assert_eq!(integers(&attribute(&file, "/level_0", "prob_domain").raw_data)[..6], [0, 0, 0, 3, 3, 7]);
@@ -130,9 +141,9 @@ fn an_origin_moves_the_indices_or_is_stated() {
 fn a_brick_may_come_in_parts() {
     let (_directory, path) = new_file();
     let hierarchy = hierarchy([0.0; 3], [0.5; 3], [2; 3]).unwrap();
-    let writer = ChomboWriter::create(&path, &hierarchy, &["a", "b"], VoxelType::F64, 0.0).unwrap();
-    writer.write_cells(0, 1, 1, 16, &[2.0; 48]).unwrap();
-    writer.write_cells(0, 1, 1, 0, &[1.0; 16]).unwrap();
+    let writer = create(&path, &hierarchy, &["a", "b"], VoxelType::F64, 0.0).unwrap();
+    writer.write(0, 1, 1, 16, &[2.0; 48]).unwrap();
+    writer.write(0, 1, 1, 0, &[1.0; 16]).unwrap();
     writer.finish().unwrap();
     let file = Hdf5File::open(&path).unwrap();
     let values = doubles(&file.dataset("/level_0/data:datatype=0").unwrap().read_raw_bytes().unwrap());
@@ -146,14 +157,14 @@ fn indices_beyond_32_bits_are_refused() {
     let bricks = vec![IndexBox::new([0; 3], [8; 3])];
     let level = LevelDescription { ratio: [1; 3], cell_size: [1.0; 3], domain, bricks };
     let large = Hierarchy::new([0.0; 3], vec![level.clone()]).unwrap();
-    let message = refusal(ChomboWriter::create(&path, &large, &["a"], VoxelType::F64, 0.0));
+    let message = refusal(create(&path, &large, &["a"], VoxelType::F64, 0.0));
     let expected = "level 0: domain ((0,0,0) (2147483648,7,7)) does not fit Chombo's 32-bit indices";
     assert!(message.ends_with(expected), "{message}");
     // The origin counts too, whatever it is.
     let fits = LevelDescription { domain: IndexBox::new([0; 3], [8; 3]), ..level };
     for origin in [2147483641.0, -1e15] {
         let far = Hierarchy::new([origin, 0.0, 0.0], vec![fits.clone()]).unwrap();
-        let message = refusal(ChomboWriter::create(&path, &far, &["a"], VoxelType::F64, 0.0));
+        let message = refusal(create(&path, &far, &["a"], VoxelType::F64, 0.0));
         assert!(
             message.ends_with("level 0: domain ((0,0,0) (7,7,7)) does not fit Chombo's 32-bit indices"),
             "{message}"
@@ -174,8 +185,8 @@ fn a_level_may_be_empty_and_values_too_many() {
         bricks: vec![domain.refined([2; 3])],
     };
     let hollow = Hierarchy::new([0.0; 3], vec![coarse, fine]).unwrap();
-    ChomboWriter::create(&path, &hollow, &[], VoxelType::F64, 0.0).unwrap().finish().unwrap();
-    ChomboWriter::create(&path, &hollow, &["a", ""], VoxelType::F64, 0.0).unwrap().finish().unwrap();
+    create(&path, &hollow, &[], VoxelType::F64, 0.0).unwrap().finish().unwrap();
+    create(&path, &hollow, &["a", ""], VoxelType::F64, 0.0).unwrap().finish().unwrap();
     let file = Hdf5File::open(&path).unwrap();
     assert_eq!(file.dataset("/level_0/boxes").unwrap().num_elements().unwrap(), 0);
     assert_eq!(file.dataset("/level_1/data:datatype=0").unwrap().num_elements().unwrap(), 2 * 16 * 16 * 16);
@@ -184,7 +195,7 @@ fn a_level_may_be_empty_and_values_too_many() {
     let bricks = vec![IndexBox::new([0; 3], [side; 3])];
     let level = LevelDescription { ratio: [1; 3], cell_size: [1.0; 3], domain: bricks[0], bricks };
     let huge = Hierarchy::new([0.0; 3], vec![level]).unwrap();
-    let message = refusal(ChomboWriter::create(&path, &huge, &["a", "b"], VoxelType::F64, 0.0));
+    let message = refusal(create(&path, &huge, &["a", "b"], VoxelType::F64, 0.0));
     assert!(message.ends_with("level 0: 1 bricks of 2 components hold too many values"), "{message}");
 }
 
@@ -193,10 +204,10 @@ fn an_abandoned_file_leaves_the_old_one() {
     let (directory, path) = new_file();
     std::fs::write(&path, "old").unwrap();
     let hierarchy = hierarchy([0.0; 3], [0.5; 3], [2; 3]).unwrap();
-    drop(ChomboWriter::create(&path, &hierarchy, &["a"], VoxelType::F64, 0.0).unwrap());
+    drop(create(&path, &hierarchy, &["a"], VoxelType::F64, 0.0).unwrap());
     assert_eq!(std::fs::read(&path).unwrap(), b"old");
     assert_eq!(std::fs::read_dir(directory.path()).unwrap().count(), 1);
-    let nowhere = std::path::Path::new("/nonexistent/a.hdf5");
-    let message = refusal(ChomboWriter::create(nowhere, &hierarchy, &["a"], VoxelType::F64, 0.0));
+    let nowhere = Path::new("/nonexistent/a.hdf5");
+    let message = refusal(create(nowhere, &hierarchy, &["a"], VoxelType::F64, 0.0));
     assert!(message.starts_with("/nonexistent/a.hdf5: cannot write: "), "{message}");
 }

@@ -52,7 +52,7 @@ impl LevelFile {
         self.file.seek(SeekFrom::Start(slices.start as u64 * length as u64))?;
         for _ in slices {
             self.file.read_exact(&mut self.bytes)?;
-            number.decode(ByteOrder::Little, &self.bytes, values);
+            number.decode(ByteOrder::Little, &self.bytes, T::from_f64, values);
         }
         Ok(())
     }

@@ -23,12 +23,12 @@ mod shape;
 
 use std::path::Path;
 
-use amray::hierarchy::{Hierarchy, Voxel, VoxelType};
+use amray::hierarchy::{Centering, Hierarchy, Voxel, VoxelType};
 use thiserror::Error;
 
 use super::StructuredVolume;
 use crate::output::check_writable;
-use crate::{AmrFormat, FormatError};
+use crate::{AmrContent, AmrFormat, FormatError};
 use pyramid::Pyramid;
 use shape::LevelShape;
 
@@ -139,7 +139,16 @@ impl Refinement {
         let used = &plan.levels[..pyramid.used];
         let hierarchy = shape::hierarchy(used, bricks, volume.spacing(), volume.origin())
             .map_err(|source| FormatError::Hierarchy { path: path.into(), source })?;
-        let writer = format.create(path, &hierarchy, &[FIELD], volume.voxel_type(), 0.0)?;
+        let writer = format.create(
+            path,
+            &AmrContent {
+                hierarchy: &hierarchy,
+                components: &[FIELD],
+                centering: Centering::Cells,
+                voxel_type: volume.voxel_type(),
+                time: 0.0,
+            },
+        )?;
         let errors = output::write::<T>(volume, &plan, pyramid, &writer, &|share| progress(0.5 + share / 2.0))?;
         writer.finish()?;
         Ok(Refined { hierarchy, max_error: errors.max, mean_error: errors.mean() })

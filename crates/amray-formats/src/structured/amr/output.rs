@@ -10,7 +10,7 @@ use super::errors::{Errors, Window};
 use super::pyramid::Pyramid;
 use super::shape::LevelShape;
 use crate::structured::StructuredVolume;
-use crate::{ChomboWriter, FormatError};
+use crate::{AmrWriter, FormatError};
 
 /// Some slices of a level, x fastest: padding is not among them.
 pub(super) struct Slab<T> {
@@ -24,7 +24,7 @@ pub(super) fn write<T: Voxel>(
     volume: &StructuredVolume,
     plan: &Plan<'_>,
     mut pyramid: Pyramid,
-    writer: &ChomboWriter,
+    writer: &AmrWriter,
     progress: &(dyn Fn(f64) + Sync),
 ) -> Result<Errors, FormatError> {
     let failed = FormatError::io(plan.directory, "read a temporary file in");
@@ -54,7 +54,7 @@ struct LevelOutput<'a> {
     plan: &'a Plan<'a>,
     number: usize,
     kept: &'a [bool],
-    writer: &'a ChomboWriter,
+    writer: &'a AmrWriter,
 }
 
 impl LevelOutput<'_> {
@@ -81,7 +81,7 @@ impl LevelOutput<'_> {
                 of_row.par_iter().try_for_each(|(brick, cells)| {
                     let before = (slices.start as i64 - cells.low[2]) * cells.size()[0] * cells.size()[1];
                     let values = slab.values_in(level, cells, slices.clone());
-                    self.writer.write_cells(self.number, *brick, 0, before as usize, &values)
+                    self.writer.write(self.number, *brick, 0, before as usize, &values)
                 })?;
                 look(&slab, row)?;
             }

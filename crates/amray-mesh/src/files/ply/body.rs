@@ -1,7 +1,7 @@
 //! The numbers of a PLY file, one after the other.
 
-use super::super::number::NumberType;
-use super::super::text::shown;
+use amray_encoding::{NumberType, shown};
+
 use super::header::{Element, Encoding};
 
 /// What is left to read.
@@ -60,7 +60,7 @@ impl<'a> Body<'a> {
             Encoding::Binary(order) => {
                 let (stored, rest) = self.rest.split_at_checked(number.bytes()).ok_or("the file ends here")?;
                 self.rest = rest;
-                Ok(number.value(stored, order))
+                Ok(number.value(order, stored))
             }
         }
     }

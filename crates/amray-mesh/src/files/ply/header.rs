@@ -1,8 +1,9 @@
 //! The header of a PLY file: its elements and their properties.
 
+use amray_encoding::{ByteOrder, NumberType, shown};
+
 use super::super::error::Problem;
-use super::super::number::{ByteOrder, NumberType};
-use super::super::text::{lines, shown};
+use super::super::text::lines;
 
 const PROPERTY: &str = "a property such as float x or list uchar int vertex_indices";
 

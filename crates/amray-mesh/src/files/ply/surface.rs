@@ -1,6 +1,6 @@
 //! From a PLY file's numbers to vertices and triangles.
 
-use super::super::number::vertex_numbers;
+use super::super::number::{full_color, vertex_numbers};
 use super::super::polygon::{fan, strip};
 use super::header::Element;
 use crate::MeshDescription;
@@ -93,7 +93,7 @@ impl<'a> Vertices<'a> {
             "alpha" if has_colors => Role::Color(3, full),
             _ => Role::Other,
         };
-        let roles = element.properties.iter().map(|column| role(&column.name, column.number.full_color())).collect();
+        let roles = element.properties.iter().map(|column| role(&column.name, full_color(column.number))).collect();
         // A second list of vertices takes the place of the first.
         description.normals = has_normals.then(Vec::new);
         description.colors = has_colors.then(Vec::new);

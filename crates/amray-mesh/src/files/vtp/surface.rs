@@ -1,8 +1,11 @@
 //! From the arrays of pieces to one mesh.
 
-use super::super::number::{NumberType, vertex_numbers};
+use amray_encoding::NumberType;
+use amray_encoding::vtk::{DataArray, Document};
+
+use super::super::number::vertex_numbers;
 use super::super::polygon::{fan, strip};
-use super::document::{DataArray, Document, Piece, Section};
+use super::piece::{Piece, Section};
 use crate::MeshDescription;
 
 /// Names under which programs write colours, in small letters.
@@ -29,16 +32,17 @@ impl Surface {
         }
         let mesh = &mut self.mesh;
         let before = mesh.vertices.len();
-        let positions = piece.array("Points", |array| array.section == Section::Points && array.components == 3)?;
-        mesh.vertices.extend(values(positions, document, 3 * points)?.as_chunks::<3>().0);
+        let positions = piece.array("Points", |section, array| section == Section::Points && array.components == 3)?;
+        let positions = values(Section::Points, positions, document, 3 * points)?;
+        mesh.vertices.extend(positions.as_chunks::<3>().0);
         // Where only some pieces have normals or colours, the others have what counts as none.
         if let Some(array) = piece.normals() {
             let normals = mesh.normals.get_or_insert_default();
             normals.resize(before, [0.0; 3]);
-            normals.extend(values(array, document, 3 * points)?.as_chunks::<3>().0);
+            normals.extend(values(Section::PointData, array, document, 3 * points)?.as_chunks::<3>().0);
         }
         if let Some(array) = piece.colors() {
-            let values = values(array, document, u128::from(array.components) * points)?;
+            let values = values(Section::PointData, array, document, u128::from(array.components) * points)?;
             let colors = mesh.colors.get_or_insert_default();
             colors.resize(before, [1.0; 4]);
             colors.extend(values.chunks_exact(array.components as usize).map(|color| {
@@ -63,38 +67,41 @@ impl Surface {
 }
 
 impl Piece {
-    fn array(&self, name: &str, is: impl Fn(&DataArray) -> bool) -> Result<&DataArray, ArrayProblem> {
-        self.arrays.iter().find(|array| is(array)).ok_or_else(|| (name.into(), "there is no such array".into()))
+    fn array(&self, name: &str, is: impl Fn(Section, &DataArray) -> bool) -> Result<&DataArray, ArrayProblem> {
+        let found = self.arrays.iter().find(|(section, array)| is(*section, array));
+        found.map(|(_, array)| array).ok_or_else(|| (name.into(), "there is no such array".into()))
+    }
+
+    /// The arrays of values at points.
+    fn point_data(&self) -> impl Iterator<Item = &DataArray> {
+        self.arrays.iter().filter(|(section, _)| *section == Section::PointData).map(|(_, array)| array)
     }
 
     fn normals(&self) -> Option<&DataArray> {
         let name = if self.normals.is_empty() { "Normals" } else { &self.normals };
-        let is =
-            |array: &&DataArray| array.section == Section::PointData && array.components == 3 && array.name == *name;
-        self.arrays.iter().find(is)
+        self.point_data().find(|array| array.components == 3 && array.name == *name)
     }
 
     fn colors(&self) -> Option<&DataArray> {
-        let are_colors = |array: &&DataArray| {
-            array.section == Section::PointData
-                && array.number == NumberType::U8
-                && (array.components == 3 || array.components == 4)
-        };
-        let colors = || self.arrays.iter().filter(are_colors);
+        let are_colors =
+            |array: &&DataArray| array.number == NumberType::U8 && (array.components == 3 || array.components == 4);
+        let colors = || self.point_data().filter(are_colors);
         let has_name = |array: &&DataArray| COLOR_NAMES.contains(&array.name.to_lowercase().as_str());
         colors().find(|array| array.name == self.scalars).or_else(|| colors().find(has_name))
     }
 }
 
-fn values(array: &DataArray, document: &Document<'_>, expected: u128) -> Result<Vec<f64>, ArrayProblem> {
-    array.values(document, expected).map_err(|problem| (described(array), problem))
-}
-
-fn described(array: &DataArray) -> String {
-    match array.section {
+fn values(
+    section: Section,
+    array: &DataArray,
+    document: &Document<'_>,
+    expected: u128,
+) -> Result<Vec<f64>, ArrayProblem> {
+    let described = || match section {
         Section::Points => "Points".into(),
         section => format!("{section:?}, array {:?}", array.name),
-    }
+    };
+    array.values(document, expected, |value| value).map_err(|problem| (described(), problem))
 }
 
 /// Shows `meet` the corners of each cell, as indices of the mesh. The points of the piece begin at `first`.
@@ -110,13 +117,13 @@ fn for_each_cell(
         return Ok(());
     }
     let place = |name: &str| format!("{section:?}, array {name:?}");
-    let array = |name| piece.array(&place(name), |array| array.section == section && array.name == name);
+    let array = |name| piece.array(&place(name), |other, array| other == section && array.name == name);
     let of_offsets = |problem| (place("offsets"), problem);
-    let offsets = values(array("offsets")?, document, u128::from(cells))?;
+    let offsets = values(section, array("offsets")?, document, u128::from(cells))?;
     // The last corner's end is the number of all.
     let ends =
         vertex_numbers(&offsets).map_err(|problem| of_offsets(problem.replace("the number of a vertex", "an end")))?;
-    let corners = values(array("connectivity")?, document, u128::from(ends.last().copied().unwrap_or(0)))?;
+    let corners = values(section, array("connectivity")?, document, u128::from(ends.last().copied().unwrap_or(0)))?;
     let mut corners = vertex_numbers(&corners).map_err(|problem| (place("connectivity"), problem))?;
     for corner in &mut corners {
         let mesh_corner = u64::from(*corner) + first as u64;

@@ -189,10 +189,16 @@ fn what_is_wrong_is_named() {
         assert!(TEXT.contains(from));
         read(TEXT.replacen(from, to, 1).as_bytes()).unwrap_err().to_string()
     };
-    assert_eq!(error("\"PolyData\"", "\"ImageData\""), "byte 0: the file's type is \"ImageData\", expected PolyData");
+    assert_eq!(
+        error("\"PolyData\"", "\"ImageData\""),
+        "byte 0, element \"VTKFile\": the file's type is \"ImageData\", expected PolyData"
+    );
     let lzma = error("\"PolyData\"", "\"PolyData\" compressor=\"vtkLZMADataCompressor\"");
     let expected = "expected vtkZLibDataCompressor, vtkLZ4DataCompressor or none";
-    assert_eq!(lzma, format!("byte 0: the compressor \"vtkLZMADataCompressor\" is not known, {expected}"));
+    assert_eq!(
+        lzma,
+        format!("byte 0, element \"VTKFile\": the compressor \"vtkLZMADataCompressor\" is not known, {expected}")
+    );
     assert_eq!(error("0 0 0 1", "0 0 1"), "piece 1, Points: there are 8 numbers, expected 9");
     assert_eq!(error("0 0 0 1", "0 0 x 1"), "piece 1, Points: \"x\", expected a number");
     let connectivity = "piece 1, Polys, array \"connectivity\"";
