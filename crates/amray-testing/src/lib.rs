@@ -1,9 +1,10 @@
-//! What amray's tests are held against: random hierarchies, and a brute-force evaluation of every reconstruction
-//! that shares no code with the index.
+//! What amray's tests are held against: random hierarchies, a brute-force evaluation of every reconstruction that shares
+//! no code with the index, and damaged files.
 
 mod brute_force;
 mod case;
 mod explosion;
+mod fuzz;
 mod nested;
 mod random_mesh;
 mod shell;
@@ -14,6 +15,7 @@ use std::path::PathBuf;
 pub use brute_force::BruteForce;
 pub use case::{Case, noise};
 pub use explosion::{explosion, random_packets, ray_packets};
+pub use fuzz::{Reader, fuzz};
 pub use nested::{nested, nested_cubes};
 pub use random_mesh::{RandomMesh, Shape};
 pub use shell::Shell;

@@ -286,7 +286,7 @@ fn raw_volumes_have_the_length_that_is_stated() {
     assert_eq!((placed.spacing(), placed.origin()), ([1.0, 2.0, 3.0], [0.5; 3]));
     assert!(placed.clone().placed(Some([0.0; 3]), None).is_err() && placed.placed(None, Some([f64::NAN; 3])).is_err());
     let error = StructuredVolume::open(&path, None).unwrap_err().to_string();
-    assert!(error.ends_with("expected a structured volume (NRRD, NumPy, NIfTI)"), "{error}");
+    assert!(error.ends_with("expected a structured volume (NRRD, NumPy, NIfTI, VTK ImageData)"), "{error}");
     assert!(!StructuredVolume::recognises(path.parent().unwrap()).unwrap());
     assert!(StructuredVolume::recognises(Path::new("/nonexistent")).is_err());
 }

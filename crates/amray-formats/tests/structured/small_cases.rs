@@ -144,7 +144,7 @@ fn parameters_out_of_range_are_refused() {
     assert_eq!(error(refinement(8, 0.0, Some(5))), "the number of levels is 5, expected 1 to 4");
     assert!(write(refinement(8, 0.0, Some(4)), &volume, &path).is_ok());
     let error = write(refinement(8, 0.0, None), &volume, &directory.path().join("a.vtk")).unwrap_err().to_string();
-    assert!(error.ends_with("a.vtk: ending .vtk, expected .hdf5 or .h5"), "{error}");
+    assert!(error.ends_with("a.vtk: ending .vtk, expected .hdf5 or .h5 (Chombo), .vthb or .vtkhdf (VTK)"), "{error}");
     let nowhere = write(refinement(8, 0.0, None), &volume, std::path::Path::new("/nonexistent/a.hdf5"));
     let error = nowhere.unwrap_err().to_string();
     assert!(error.starts_with("/nonexistent/a.hdf5: cannot write: "), "{error}");
