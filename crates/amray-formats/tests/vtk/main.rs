@@ -21,7 +21,7 @@ fn opened(path: &Path) -> Box<dyn DataSet> {
 /// Why a data set does not open, or its first field cannot be read; without the directory.
 fn refused(path: &Path) -> String {
     let read = open(path, &OpenOptions::default()).and_then(|data| data.read_field(0, &|_| {}));
-    let error = read.err().expect("the data must be refused").to_string();
+    let error = read.expect_err("the data must be refused").to_string();
     error.replace(&format!("{}/", path.parent().unwrap().display()), "")
 }
 

@@ -24,7 +24,8 @@ pub(super) fn fill<T: Voxel>(
     let filler = Filler { sampler, normalisation, padding };
     let finite = bricks.into_par_iter().map(|(place, brick, values)| {
         filler.brick(place, &brick, values);
-        values.iter().all(|value| value.is_finite() || is_hole(*value))
+        // All of them, even behind one that is not: eight are as fast as one.
+        values.iter().fold(true, |finite, value| finite & (value.is_finite() | is_hole(*value)))
     });
     finite.reduce(|| true, |a, b| a && b)
 }
