@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy};
 
-use crate::hdf5::{Block, Hdf5, Hdf5Group, Hdf5Set, Storage};
+use crate::hdf5::{Blocks, Hdf5, Hdf5Group, Hdf5Set, Storage};
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
@@ -99,10 +99,11 @@ impl StoredBricks for AthenaFile {
         let Variable { set, number } = self.variables[field];
         let (values, storage) = &self.sets[set];
         let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
-        stored_bricks::read_each(&self.mesh.blocks(), progress, |&block| {
-            let place = Block { leading: &[number, block], ghosts: self.mesh.ghosts(), size: self.mesh.block_size() };
-            values.block(self.hdf5.map(), storage, &place, &store)
-        })
+        let numbers = self.mesh.blocks();
+        let (ghosts, size) = (self.mesh.ghosts(), self.mesh.block_size());
+        let blocks = Blocks { leading: &[number], numbers: Some(&numbers), ghosts, size };
+        let done = stored_bricks::counted(numbers.len(), progress);
+        values.blocks(self.hdf5.map(), storage, &blocks, &store, &done)
     }
 }
 

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy, VoxelType};
 
-use crate::hdf5::{Block, Hdf5, Hdf5Group};
+use crate::hdf5::{Blocks, Hdf5, Hdf5Group};
 use crate::mapped_file::start_of;
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
@@ -141,11 +141,13 @@ impl StoredBricks for EnzoDump {
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
         let name = &self.fields[field].name;
         let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
-        stored_bricks::read_each(&self.grids, progress, |grid| {
+        let read = |grid: &Grid| {
             let set = self.group(grid)?.data_set(name)?;
-            let block = Block { leading: &[], ghosts: [0; 3], size: grid.cells.size().map(i64::cast_unsigned) };
-            set.block(self.files[&grid.file].map(), &set.storage()?, &block, &store)
-        })
+            let size = grid.cells.size().map(i64::cast_unsigned);
+            let block = Blocks { leading: &[], numbers: None, ghosts: [0; 3], size };
+            set.blocks(self.files[&grid.file].map(), &set.storage()?, &block, &store, &|| {})
+        };
+        Ok(stored_bricks::read_each(&self.grids, progress, read)?.into_iter().flatten().collect())
     }
 }
 

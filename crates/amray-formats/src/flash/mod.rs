@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy, IndexBox};
 
-use crate::hdf5::{Block, Hdf5, Hdf5Group};
+use crate::hdf5::{Blocks, Hdf5, Hdf5Group};
 use crate::refined::Root;
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
@@ -164,10 +164,9 @@ impl StoredBricks for FlashFile {
         let set = self.hdf5.root()?.data_set(&stored_name(&self.fields[field].name))?;
         let storage = set.storage()?;
         let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
-        stored_bricks::read_each(&self.leaves, progress, |&place| {
-            let block = Block { leading: &[place], ghosts: [0; 3], size: self.block };
-            set.block(self.hdf5.map(), &storage, &block, &store)
-        })
+        let blocks = Blocks { leading: &[], numbers: Some(&self.leaves), ghosts: [0; 3], size: self.block };
+        let done = stored_bricks::counted(self.leaves.len(), progress);
+        set.blocks(self.hdf5.map(), &storage, &blocks, &store, &done)
     }
 }
 

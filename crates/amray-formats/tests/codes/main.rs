@@ -1,6 +1,7 @@
 //! Real files of simulation codes: what they hold, by other programs' reading of them, and what happens to damaged copies.
 
 mod athena;
+mod athena_written;
 mod damage;
 mod enzo;
 mod flash;

@@ -1,0 +1,135 @@
+//! Athena++ files written here after the wiki's description: what real files at hand do not show.
+
+use std::path::{Path, PathBuf};
+
+use rust_hdf5::{FileLocking, H5File, H5Group, H5Type};
+
+use super::{cells, names, opened, values};
+
+/// The axes x, y and z in data sets, whose last one is fastest.
+const AXES: [usize; 3] = [2, 1, 0];
+
+/// A root of 2x1x1 blocks, of which the first is refined.
+#[derive(Clone)]
+struct Athena {
+    low: [f64; 3],
+    high: [f64; 3],
+    root: [i32; 3],
+    /// Cells of a block with ghosts.
+    stored: [usize; 3],
+    ghosts: usize,
+    /// Levels and logical locations.
+    places: Vec<(i32, [i64; 3])>,
+    /// Of a data set, if it is chunked.
+    chunk: Option<[usize; 5]>,
+}
+
+impl Athena {
+    fn new(ghosts: usize) -> Self {
+        let children = (0..8).map(|child| (1, [child & 1, child >> 1 & 1, child >> 2]));
+        Self {
+            low: [-1.0, 2.0, 0.5],
+            high: [3.0, 3.0, 2.0],
+            root: [8, 2, 6],
+            stored: [4, 2, 6].map(|cells| cells + 2 * ghosts),
+            ghosts,
+            places: [(0, [1, 0, 0])].into_iter().chain(children).collect(),
+            chunk: None,
+        }
+    }
+
+    /// Cells of a block without ghosts.
+    fn block(&self) -> [usize; 3] {
+        self.stored.map(|cells| cells - 2 * self.ghosts)
+    }
+
+    /// Where something of a block lies along an axis, counted in cells from its first ghost cell on.
+    fn position(&self, block: usize, axis: usize, cells: f64) -> f64 {
+        let (level, place) = self.places[block];
+        let width = (self.high[axis] - self.low[axis]) / f64::from(self.root[axis] << level);
+        let first = place[axis] as f64 * self.block()[axis] as f64 - self.ghosts as f64;
+        self.low[axis] + width * (first + cells)
+    }
+
+    fn center(&self, block: usize, cell: [usize; 3]) -> [f64; 3] {
+        std::array::from_fn(|axis| self.position(block, axis, (self.ghosts + cell[axis]) as f64 + 0.5))
+    }
+
+    fn faces(&self, axis: usize) -> Vec<f32> {
+        let faces = |block| (0..=self.stored[axis]).map(move |face| self.position(block, axis, face as f64) as f32);
+        (0..self.places.len()).flat_map(faces).collect()
+    }
+
+    /// One value for each variable, block and cell: exact in single precision.
+    fn values(&self) -> Vec<f32> {
+        let cells = self.stored.iter().product::<usize>();
+        (0..2 * self.places.len() * cells).map(|value| value as f32).collect()
+    }
+
+    /// The value of a variable in a cell of a block.
+    fn value(&self, variable: usize, block: usize, cell: [usize; 3]) -> f64 {
+        let block = variable * self.places.len() + block;
+        AXES.iter().fold(block, |at, &axis| at * self.stored[axis] + self.ghosts + cell[axis]) as f64
+    }
+
+    fn write(&self, directory: &Path) -> PathBuf {
+        let path = directory.join("a.athdf");
+        let file = H5File::options().locking(FileLocking::BestEffort).create(&path).unwrap();
+        let root = file.root_group();
+        root.set_attr_string("Coordinates", "cartesian").unwrap();
+        root.set_attr_string_array("DatasetNames", &["prim"]).unwrap();
+        root.set_attr_string_array("VariableNames", &["rho", "press"]).unwrap();
+        root.set_attr_array_numeric("NumVariables", &[2i32]).unwrap();
+        root.set_attr_array_numeric("RootGridSize", &self.root).unwrap();
+        root.set_attr_array_numeric("MeshBlockSize", &self.stored.map(|cells| cells as i32)).unwrap();
+        let (blocks, [x, y, z]) = (self.places.len(), self.stored);
+        for axis in 0..3 {
+            let extent = [self.low[axis] as f32, self.high[axis] as f32, 1.0];
+            root.set_attr_array_numeric(&format!("RootGridX{}", axis + 1), &extent).unwrap();
+            set(&root, &format!("x{}f", axis + 1), &[blocks, self.stored[axis] + 1], &self.faces(axis));
+        }
+        set(&root, "Levels", &[blocks], &self.places.iter().map(|place| place.0).collect::<Vec<_>>());
+        let locations: Vec<i64> = self.places.iter().flat_map(|place| place.1).collect();
+        set(&root, "LogicalLocations", &[blocks, 3], &locations);
+        let builder = root.new_dataset::<f32>().shape([2, blocks, z, y, x]);
+        let builder = if let Some(chunk) = &self.chunk { builder.chunk(chunk) } else { builder };
+        builder.create("prim").unwrap().write_raw(&self.values()).unwrap();
+        file.close().unwrap();
+        path
+    }
+}
+
+fn set<T: H5Type>(root: &H5Group, name: &str, shape: &[usize], values: &[T]) {
+    root.new_dataset::<T>().shape(shape).create(name).unwrap().write_raw(values).unwrap();
+}
+
+/// All cells of the blocks, and their values.
+fn assert_read(path: &Path, athena: &Athena) {
+    let data = opened(path);
+    assert_eq!(names(&*data), ["rho", "press"]);
+    assert_eq!(data.hierarchy().bounds(), [athena.low, athena.high]);
+    let [x, y, z] = athena.block();
+    let of_block = |block| (0..x * y * z).map(move |cell| (block, [cell % x, cell / x % y, cell / x / y]));
+    let places: Vec<_> = (0..athena.places.len()).flat_map(of_block).collect();
+    let centers: Vec<[f64; 3]> = places.iter().map(|&(block, cell)| athena.center(block, cell)).collect();
+    for (variable, name) in ["rho", "press"].into_iter().enumerate() {
+        let expected: Vec<f64> = places.iter().map(|&(block, cell)| athena.value(variable, block, cell)).collect();
+        assert_eq!(values(&*data, name, &centers), expected, "{name}");
+    }
+}
+
+#[test]
+fn chunks_of_any_shape_hold_the_same_values() {
+    let directory = tempfile::tempdir().unwrap();
+    for ghosts in [0, 2] {
+        let mut athena = Athena::new(ghosts);
+        // From no chunks to chunks of all variables, of several blocks and of parts of blocks, none of which need fit.
+        let chunks = [[1, 1, 6, 2, 4], [1, 4, 6, 2, 4], [2, 9, 6, 2, 4], [2, 5, 4, 1, 3], [1, 2, 6, 2, 1]];
+        for chunk in std::iter::once(None).chain(chunks.map(Some)) {
+            athena.chunk = chunk;
+            let path = athena.write(directory.path());
+            assert_read(&path, &athena);
+            assert_eq!(cells(&*opened(&path)), [8 * 2 * 6, 8 * 4 * 2 * 6]);
+        }
+    }
+}
