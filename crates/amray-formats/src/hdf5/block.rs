@@ -87,25 +87,35 @@ impl Hdf5Set {
             .map_err(|error| self.malformed(&error.to_string()))
     }
 
+    /// Checks that the data set has all blocks, and that each is as large as it is said to be.
+    ///
+    /// # Errors
+    /// [`FormatError::Malformed`] where it has not.
+    pub(crate) fn expect_blocks(&self, Blocks { leading, numbers, ghosts, size }: &Blocks) -> Result<(), FormatError> {
+        let stored: Vec<u64> =
+            (0..3).rev().map(|axis| ghosts[axis].saturating_mul(2).saturating_add(size[axis])).collect();
+        let last = numbers.and_then(|numbers| numbers.iter().max());
+        let dimensions = leading.len() + usize::from(numbers.is_some()) + stored.len();
+        let shape = self.shape();
+        let mut front = leading.iter().chain(last).zip(shape);
+        if shape.len() == dimensions && shape.ends_with(&stored) && front.all(|(index, length)| index < length) {
+            return Ok(());
+        }
+        let blocks = last.map_or_else(String::new, |last| format!(" of at least {} blocks", last.saturating_add(1)));
+        Err(self
+            .malformed(&format!("shape {shape:?}, expected {dimensions} dimensions{blocks} that end in {stored:?}")))
+    }
+
     /// The ranges of blocks in each dimension.
-    fn parts(&self, Blocks { leading, numbers, ghosts, size }: &Blocks) -> Result<Parts, FormatError> {
-        let mut inner: Vec<Range<u64>> =
-            (0..3).rev().map(|axis| ghosts[axis]..ghosts[axis].saturating_add(size[axis])).collect();
+    fn parts(&self, blocks: &Blocks) -> Result<Parts, FormatError> {
+        self.expect_blocks(blocks)?;
+        let Blocks { leading, numbers, ghosts, size } = blocks;
+        let mut inner: Vec<Range<u64>> = (0..3).rev().map(|axis| ghosts[axis]..ghosts[axis] + size[axis]).collect();
         let along: Vec<Range<u64>> = match numbers {
-            Some(numbers) => numbers.iter().map(|&number| number..number.saturating_add(1)).collect(),
+            Some(numbers) => numbers.iter().map(|&number| number..number + 1).collect(),
             None => vec![inner.remove(0)],
         };
-        let parts = Parts { leading: leading.to_vec(), along, inner };
-        let last = parts.along.iter().map(|range| range.end).max().unwrap_or(0);
-        let (ranges, shape) = (parts.ranges(0..last), self.shape());
-        if shape.len() != ranges.len() || ranges.iter().zip(shape).any(|(range, &length)| range.end > length) {
-            let dimensions = ranges.len();
-            return Err(self.malformed(&format!(
-                "shape {shape:?}, expected {dimensions} dimensions with {size:?} cells and {ghosts:?} ghost layers at \
-                 {leading:?}, up to {last}"
-            )));
-        }
-        Ok(parts)
+        Ok(Parts { leading: leading.to_vec(), along, inner })
     }
 
     fn read<T: Voxel>(

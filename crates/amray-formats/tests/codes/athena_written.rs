@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use rust_hdf5::{FileLocking, H5File, H5Group, H5Type};
 
-use super::{cells, names, opened, values};
+use super::{cells, names, opened, refused, values};
 
 /// The axes x, y and z in data sets, whose last one is fastest.
 const AXES: [usize; 3] = [2, 1, 0];
@@ -22,6 +22,12 @@ struct Athena {
     places: Vec<(i32, [i64; 3])>,
     /// Of a data set, if it is chunked.
     chunk: Option<[usize; 5]>,
+    counts: Option<Vec<i32>>,
+    names: Vec<&'static str>,
+    /// By so much is a face inside of a block off, in cells.
+    moved_face: f64,
+    /// Cells along x in the data set that blocks do not have.
+    more_cells: usize,
 }
 
 impl Athena {
@@ -35,6 +41,10 @@ impl Athena {
             ghosts,
             places: [(0, [1, 0, 0])].into_iter().chain(children).collect(),
             chunk: None,
+            counts: Some(vec![2]),
+            names: vec!["rho", "press"],
+            moved_face: 0.0,
+            more_cells: 0,
         }
     }
 
@@ -56,13 +66,16 @@ impl Athena {
     }
 
     fn faces(&self, axis: usize) -> Vec<f32> {
-        let faces = |block| (0..=self.stored[axis]).map(move |face| self.position(block, axis, face as f64) as f32);
+        let place = |block, face| face as f64 + if (block, axis, face) == (3, 1, 1) { self.moved_face } else { 0.0 };
+        let faces =
+            |block| (0..=self.stored[axis]).map(move |face| self.position(block, axis, place(block, face)) as f32);
         (0..self.places.len()).flat_map(faces).collect()
     }
 
     /// One value for each variable, block and cell: exact in single precision.
     fn values(&self) -> Vec<f32> {
-        let cells = self.stored.iter().product::<usize>();
+        let [x, y, z] = self.stored;
+        let cells = (x + self.more_cells) * y * z;
         (0..2 * self.places.len() * cells).map(|value| value as f32).collect()
     }
 
@@ -78,8 +91,10 @@ impl Athena {
         let root = file.root_group();
         root.set_attr_string("Coordinates", "cartesian").unwrap();
         root.set_attr_string_array("DatasetNames", &["prim"]).unwrap();
-        root.set_attr_string_array("VariableNames", &["rho", "press"]).unwrap();
-        root.set_attr_array_numeric("NumVariables", &[2i32]).unwrap();
+        root.set_attr_string_array("VariableNames", &self.names).unwrap();
+        if let Some(counts) = &self.counts {
+            root.set_attr_array_numeric("NumVariables", counts).unwrap();
+        }
         root.set_attr_array_numeric("RootGridSize", &self.root).unwrap();
         root.set_attr_array_numeric("MeshBlockSize", &self.stored.map(|cells| cells as i32)).unwrap();
         let (blocks, [x, y, z]) = (self.places.len(), self.stored);
@@ -91,7 +106,7 @@ impl Athena {
         set(&root, "Levels", &[blocks], &self.places.iter().map(|place| place.0).collect::<Vec<_>>());
         let locations: Vec<i64> = self.places.iter().flat_map(|place| place.1).collect();
         set(&root, "LogicalLocations", &[blocks, 3], &locations);
-        let builder = root.new_dataset::<f32>().shape([2, blocks, z, y, x]);
+        let builder = root.new_dataset::<f32>().shape([2, blocks, z, y, x + self.more_cells]);
         let builder = if let Some(chunk) = &self.chunk { builder.chunk(chunk) } else { builder };
         builder.create("prim").unwrap().write_raw(&self.values()).unwrap();
         file.close().unwrap();
@@ -132,4 +147,57 @@ fn chunks_of_any_shape_hold_the_same_values() {
             assert_eq!(cells(&*opened(&path)), [8 * 2 * 6, 8 * 4 * 2 * 6]);
         }
     }
+}
+
+/// Why a file with something changed is refused.
+fn refused_with(change: impl Fn(&mut Athena)) -> String {
+    let directory = tempfile::tempdir().unwrap();
+    let mut athena = Athena::new(1);
+    change(&mut athena);
+    refused(&athena.write(directory.path()))
+}
+
+#[test]
+fn faces_inside_of_blocks_must_be_even_too() {
+    let error = refused_with(|athena| athena.moved_face = 0.125);
+    assert!(error.contains("x2f: face 1 of block 3 is at 2.53125, expected 2.5 by its level and location"), "{error}");
+    let directory = tempfile::tempdir().unwrap();
+    let mut athena = Athena::new(1);
+    athena.moved_face = 1e-5;
+    assert_read(&athena.write(directory.path()), &athena);
+    // Far from the origin, single precision tells neighbouring faces apart and not much more.
+    let far = |position: f64| position + 100_000.0;
+    (athena.low, athena.high) = (athena.low.map(far), athena.high.map(far));
+    assert_read(&athena.write(directory.path()), &athena);
+}
+
+#[test]
+fn flat_blocks_and_places_nowhere_are_refused() {
+    let error = refused_with(|athena| {
+        athena.stored[2] = 1;
+        athena.ghosts = 0;
+    });
+    assert!(error.ends_with("MeshBlockSize is [6, 4, 1], expected three dimensions of several cells"), "{error}");
+    let error = refused_with(|athena| athena.places[4].1[1] = 1 << 39);
+    assert!(error.contains("block 4 is at [1, 549755813888, 0], outside of any domain"), "{error}");
+}
+
+#[test]
+fn variables_are_counted_by_the_data_sets() {
+    let directory = tempfile::tempdir().unwrap();
+    let athena = Athena { counts: None, ..Athena::new(0) };
+    assert_read(&athena.write(directory.path()), &athena);
+    let error = refused_with(|athena| athena.names.push("vel1"));
+    assert!(error.ends_with("VariableNames holds 3 names, expected 2 by the shapes of the data sets"), "{error}");
+    let error = refused_with(|athena| athena.counts = Some(vec![2, 1]));
+    assert!(error.ends_with("NumVariables holds 2 counts, expected 1 by DatasetNames"), "{error}");
+    let error = refused_with(|athena| athena.counts = Some(vec![3]));
+    assert!(error.ends_with("prim: 2 variables, expected 3 by NumVariables"), "{error}");
+}
+
+#[test]
+fn data_sets_have_the_cells_of_the_blocks() {
+    let error = refused_with(|athena| athena.more_cells = 2);
+    let expected = "prim: shape [2, 9, 8, 4, 8], expected 5 dimensions of at least 9 blocks that end in [8, 4, 6]";
+    assert!(error.ends_with(expected), "{error}");
 }
