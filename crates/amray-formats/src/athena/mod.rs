@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy};
 
-use crate::hdf5::{Hdf5, Hdf5Group, Hdf5Set, Storage};
+use crate::hdf5::{Hdf5, Hdf5Group, Hdf5Set, Storage, one_line};
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
@@ -61,6 +61,7 @@ impl AthenaFile {
         match root.text("Coordinates")?.as_deref() {
             None | Some("cartesian" | "minkowski") => {}
             Some(other) => {
+                let other = one_line(other);
                 warnings.push(format!("the coordinates are {other}, but are shown as if they were Cartesian"));
             }
         }
@@ -153,7 +154,7 @@ fn variables(root: &Hdf5Group, sets: &[(Hdf5Set, Storage)]) -> Result<(Vec<Varia
     let variables: Vec<Variable> = places.collect();
     let field = |(variable, name): (&Variable, String)| {
         let voxel_type = sets[variable.set].0.voxel_type_in_memory()?;
-        Ok(FieldInfo { name, voxel_type, unit: None })
+        Ok(FieldInfo { name: one_line(&name), voxel_type, unit: None })
     };
     let fields = variables.iter().zip(names).map(field).collect::<Result<_, FormatError>>()?;
     Ok((variables, fields))

@@ -133,12 +133,12 @@ fn check_length(path: &Path, file: &Hdf5File, map: &Mmap) -> Result<(), FormatEr
 }
 
 /// Text from a file without line breaks and other control characters.
-fn one_line(text: &str) -> String {
+pub(crate) fn one_line(text: &str) -> String {
     text.replace(char::is_control, " ")
 }
 
 /// The first few of `names`, for a message.
-fn listing<'a>(mut names: impl Iterator<Item = &'a str>) -> String {
+pub(crate) fn listing<'a>(mut names: impl Iterator<Item = &'a str>) -> String {
     const SHOWN: usize = 8;
     let shown: Vec<&str> = names.by_ref().take(SHOWN).collect();
     let more = if names.next().is_some() { ", ..." } else { "" };

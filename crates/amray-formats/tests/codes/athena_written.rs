@@ -23,6 +23,7 @@ struct Athena {
     /// Of a data set, if it is chunked.
     chunk: Option<[usize; 5]>,
     counts: Option<Vec<i32>>,
+    coordinates: &'static str,
     names: Vec<&'static str>,
     /// By so much is a face inside of a block off, in cells.
     moved_face: f64,
@@ -42,6 +43,7 @@ impl Athena {
             places: [(0, [1, 0, 0])].into_iter().chain(children).collect(),
             chunk: None,
             counts: Some(vec![2]),
+            coordinates: "cartesian",
             names: vec!["rho", "press"],
             moved_face: 0.0,
             more_cells: 0,
@@ -89,7 +91,7 @@ impl Athena {
         let path = directory.join("a.athdf");
         let file = H5File::options().locking(FileLocking::BestEffort).create(&path).unwrap();
         let root = file.root_group();
-        root.set_attr_string("Coordinates", "cartesian").unwrap();
+        root.set_attr_string("Coordinates", self.coordinates).unwrap();
         root.set_attr_string_array("DatasetNames", &["prim"]).unwrap();
         root.set_attr_string_array("VariableNames", &self.names).unwrap();
         if let Some(counts) = &self.counts {
@@ -200,4 +202,13 @@ fn data_sets_have_the_cells_of_the_blocks() {
     let error = refused_with(|athena| athena.more_cells = 2);
     let expected = "prim: shape [2, 9, 8, 4, 8], expected 5 dimensions of at least 9 blocks that end in [8, 4, 6]";
     assert!(error.ends_with(expected), "{error}");
+}
+
+#[test]
+fn control_characters_stay_out_of_messages() {
+    let directory = tempfile::tempdir().unwrap();
+    let athena = Athena { coordinates: "round\u{1b}[31m", names: vec!["rho", "pr\ness"], ..Athena::new(0) };
+    let data = opened(&athena.write(directory.path()));
+    assert_eq!(names(&*data), ["rho", "pr ess"]);
+    assert_eq!(data.warnings(), ["the coordinates are round [31m, but are shown as if they were Cartesian"]);
 }

@@ -4,6 +4,7 @@ mod athena;
 mod athena_written;
 mod damage;
 mod enzo;
+mod enzo_written;
 mod flash;
 
 use std::path::Path;
