@@ -2,8 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
+use amray_testing::Random;
 use rust_hdf5::{FileLocking, H5File, H5Group, H5Type};
 
+use super::damage::{mutated, survive};
 use super::{cells, names, opened, refused, values};
 
 /// The axes x, y and z in data sets, whose last one is fastest.
@@ -182,6 +184,9 @@ fn flat_blocks_and_places_nowhere_are_refused() {
     assert!(error.ends_with("MeshBlockSize is [6, 4, 1], expected three dimensions of several cells"), "{error}");
     let error = refused_with(|athena| athena.places[4].1[1] = 1 << 39);
     assert!(error.contains("block 4 is at [1, 549755813888, 0], outside of any domain"), "{error}");
+    // As far as locations go.
+    let error = refused_with(|athena| athena.places[4].1[1] = (1 << 32) - 1);
+    assert!(error.contains("x2f: face 0 of block 4 is at 2147483648"), "{error}");
 }
 
 #[test]
@@ -211,4 +216,16 @@ fn control_characters_stay_out_of_messages() {
     let data = opened(&athena.write(directory.path()));
     assert_eq!(names(&*data), ["rho", "pr ess"]);
     assert_eq!(data.warnings(), ["the coordinates are round [31m, but are shown as if they were Cartesian"]);
+}
+#[test]
+fn damaged_chunks_are_refused_or_read() {
+    let directory = tempfile::tempdir().unwrap();
+    let athena = Athena { chunk: Some([1, 4, 8, 4, 3]), ..Athena::new(1) };
+    let path = athena.write(directory.path());
+    let content = std::fs::read(&path).unwrap();
+    let mut random = Random(5);
+    for _ in 0..400 {
+        std::fs::write(&path, mutated(&content, &mut random, usize::MAX)).unwrap();
+        let _ = survive(&path);
+    }
 }
