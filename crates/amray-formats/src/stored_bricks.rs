@@ -63,11 +63,17 @@ pub(crate) fn read_each<P: Sync, R: Send>(
     progress: &(dyn Fn(f64) + Sync),
     read: impl Fn(&P) -> Result<R, FormatError> + Sync,
 ) -> Result<Vec<R>, FormatError> {
-    let done = AtomicUsize::new(0);
+    let done = counted(places.len(), progress);
     let read_one = |place: &P| {
         let found = read(place);
-        progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / places.len() as f64);
+        done();
         found
     };
     places.par_iter().map(read_one).collect()
+}
+
+/// To be called whenever one of `count` things is done; `progress` is told the share of them.
+pub(crate) fn counted(count: usize, progress: &(dyn Fn(f64) + Sync)) -> impl Fn() + Sync {
+    let done = AtomicUsize::new(0);
+    move || progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64)
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy};
 
-use crate::hdf5::{Block, Hdf5, Hdf5Group, Hdf5Set, Storage};
+use crate::hdf5::{Hdf5, Hdf5Group, Hdf5Set, Storage, one_line};
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
@@ -61,30 +61,12 @@ impl AthenaFile {
         match root.text("Coordinates")?.as_deref() {
             None | Some("cartesian" | "minkowski") => {}
             Some(other) => {
+                let other = one_line(other);
                 warnings.push(format!("the coordinates are {other}, but are shown as if they were Cartesian"));
             }
         }
-        let (mut sets, mut variables, mut fields) = (Vec::new(), Vec::new(), Vec::new());
-        let names = root.text_list("VariableNames")?.unwrap_or_default();
-        let counts = root.integer_list("NumVariables")?.unwrap_or_default();
-        for (set, name) in root.text_list("DatasetNames")?.unwrap_or_default().iter().enumerate() {
-            let values = root.data_set(name)?;
-            let count = values.shape().first().copied().unwrap_or(0);
-            if counts.get(set).is_some_and(|&stated| u64::try_from(stated) != Ok(count)) {
-                return Err(values.malformed(&format!("{count} variables, expected {} by NumVariables", counts[set])));
-            }
-            // One past the last one there could be a name for.
-            for number in 0..count.min(names.len() as u64 + 1) {
-                let name = names.get(variables.len()).ok_or_else(|| {
-                    values.malformed(&format!("more variables than the {} VariableNames", names.len()))
-                })?;
-                let (name, voxel_type) = (name.clone(), values.voxel_type_in_memory()?);
-                fields.push(FieldInfo { name, voxel_type, unit: None });
-                variables.push(Variable { set, number });
-            }
-            let storage = values.storage()?;
-            sets.push((values, storage));
-        }
+        let sets = data_sets(&root, &mesh)?;
+        let (variables, fields) = variables(&root, &sets)?;
         let time = root.float("Time")?;
         Ok(Self { hdf5, time, hierarchy, mesh, fields, variables, sets, warnings, options: *options })
     }
@@ -99,10 +81,11 @@ impl StoredBricks for AthenaFile {
         let Variable { set, number } = self.variables[field];
         let (values, storage) = &self.sets[set];
         let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
-        stored_bricks::read_each(&self.mesh.blocks(), progress, |&block| {
-            let place = Block { leading: &[number, block], ghosts: self.mesh.ghosts(), size: self.mesh.block_size() };
-            values.block(self.hdf5.map(), storage, &place, &store)
-        })
+        let numbers = self.mesh.blocks();
+        let leading = [number];
+        let blocks = self.mesh.blocks_in(&leading, &numbers);
+        let done = stored_bricks::counted(numbers.len(), progress);
+        values.blocks(self.hdf5.map(), storage, &blocks, &store, &done)
     }
 }
 
@@ -134,6 +117,47 @@ impl DataSet for AthenaFile {
     fn warnings(&self) -> &[String] {
         &self.warnings
     }
+}
+
+/// The data sets that the file names, which must hold all blocks.
+fn data_sets(root: &Hdf5Group, mesh: &Mesh) -> Result<Vec<(Hdf5Set, Storage)>, FormatError> {
+    let names = root.text_list("DatasetNames")?.unwrap_or_default();
+    let counts = root.integer_list("NumVariables")?;
+    if let Some(counts) = counts.as_ref().filter(|counts| counts.len() != names.len()) {
+        let (found, expected) = (counts.len(), names.len());
+        return Err(root.malformed(&format!("NumVariables holds {found} counts, expected {expected} by DatasetNames")));
+    }
+    let numbers = mesh.blocks();
+    let find = |(set, name): (usize, &String)| {
+        let values = root.data_set(name)?;
+        values.expect_blocks(&mesh.blocks_in(&[0], &numbers))?;
+        let (found, stated) = (values.shape()[0], counts.as_ref().map(|counts| counts[set]));
+        match stated.filter(|&stated| u64::try_from(stated) != Ok(found)) {
+            Some(stated) => Err(values.malformed(&format!("{found} variables, expected {stated} by NumVariables"))),
+            None => values.storage().map(|storage| (values, storage)),
+        }
+    };
+    names.iter().enumerate().map(find).collect()
+}
+
+/// The variables of all data sets, each with its name. Their number follows from the shapes of the data sets.
+fn variables(root: &Hdf5Group, sets: &[(Hdf5Set, Storage)]) -> Result<(Vec<Variable>, Vec<FieldInfo>), FormatError> {
+    let names = root.text_list("VariableNames")?.unwrap_or_default();
+    let counts = || sets.iter().map(|(values, _)| values.shape()[0]);
+    let total = counts().fold(0, u64::saturating_add);
+    if total != names.len() as u64 {
+        let found = names.len();
+        let problem = format!("VariableNames holds {found} names, expected {total} by the shapes of the data sets");
+        return Err(root.malformed(&problem));
+    }
+    let places = counts().enumerate().flat_map(|(set, count)| (0..count).map(move |number| Variable { set, number }));
+    let variables: Vec<Variable> = places.collect();
+    let field = |(variable, name): (&Variable, String)| {
+        let voxel_type = sets[variable.set].0.voxel_type_in_memory()?;
+        Ok(FieldInfo { name: one_line(&name), voxel_type, unit: None })
+    };
+    let fields = variables.iter().zip(names).map(field).collect::<Result<_, FormatError>>()?;
+    Ok((variables, fields))
 }
 
 /// An attribute that has a value per axis.

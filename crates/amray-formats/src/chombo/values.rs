@@ -8,15 +8,11 @@ use std::sync::Arc;
 
 use amray::hierarchy::{BrickValues, IndexBox, OutOfBuffer, ValueBuffer, Voxel, VoxelType};
 use memmap2::Mmap;
-use rayon::prelude::*;
 
 use super::geometry::INTEGER_VECTOR;
 use crate::FormatError;
-use crate::hdf5::{H5Type, Hdf5Group, Hdf5Set, Storage};
+use crate::hdf5::{H5Type, Hdf5Group, Hdf5Set, Parts, Storage};
 use crate::store::Store;
-
-/// A run of bricks is read by one thread and spans this many chunks, so that few are decompressed by two threads.
-const CHUNKS_PER_RUN: u64 = 16;
 
 /// Where the values of a level's bricks lie.
 pub(super) struct LevelValues {
@@ -111,8 +107,7 @@ impl LevelValues {
                 advance(places.iter().map(IndexBox::cells).sum());
                 values.map_err(|error| self.set.malformed(&error.to_string()))
             }
-            Storage::Chunked(chunk) => self.read_runs(component, places, chunk[0], store, advance),
-            Storage::Contiguous(_) | Storage::Compact(_) => self.read_runs(component, places, 1, store, advance),
+            _ => self.read_copies(component, places, store, advance),
         }
     }
 
@@ -128,41 +123,21 @@ impl LevelValues {
         BrickValues::new(buffer.clone(), offset, stride, size)
     }
 
-    fn read_runs<T: Voxel + H5Type>(
+    fn read_copies<T: Voxel + H5Type>(
         &self,
         component: usize,
         places: &[IndexBox],
-        chunk: u64,
         store: &Store,
         advance: &(dyn Fn(u64) + Sync),
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
-        let read = |run: Range<usize>| {
-            let mut window = Window { set: &self.set, chunk, length: self.set.length()?, start: 0, values: Vec::new() };
-            run.map(|brick| {
-                let placement = self.placement(brick, component, &places[brick]);
-                let values = window.read(&placement.values)?;
-                advance(places[brick].cells());
-                let cells = placement.without_ghosts(values);
-                store.keep(cells, placement.size)
-            })
-            .collect::<Result<Vec<_>, FormatError>>()
-        };
-        let runs = self.runs(chunk.saturating_mul(CHUNKS_PER_RUN)).into_par_iter().map(read);
-        Ok(runs.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
-    }
-
-    /// Runs of bricks that span at least `values` values each, but for the last.
-    fn runs(&self, values: u64) -> Vec<Range<usize>> {
-        let bricks = self.offsets.len() - 1;
-        let mut runs = Vec::new();
-        let mut start = 0;
-        for end in 1..=bricks {
-            if end == bricks || self.offsets[end] - self.offsets[start] >= values {
-                runs.push(start..end);
-                start = end;
-            }
-        }
-        runs
+        let placement = |brick: usize| self.placement(brick, component, &places[brick]);
+        let along = (0..places.len()).map(|brick| placement(brick).values).collect();
+        let parts = Parts { leading: Vec::new(), along, inner: Vec::new() };
+        self.set.read_parts(&self.storage, &parts, |brick, values| {
+            advance(places[brick].cells());
+            let placement = placement(brick);
+            store.keep(placement.without_ghosts(values), placement.size)
+        })
     }
 
     fn placement(&self, brick: usize, component: usize, cells: &IndexBox) -> Placement {
@@ -180,11 +155,11 @@ impl LevelValues {
 
 impl Placement {
     /// The cells of `values` that are no ghosts, x fastest.
-    fn without_ghosts<T: Copy>(&self, values: Vec<T>) -> Vec<T> {
+    fn without_ghosts<T: Copy>(&self, values: &[T]) -> Vec<T> {
         let Self { first, stride, size, .. } = self;
         let cells = size.iter().product();
         if values.len() == cells {
-            return values;
+            return values.to_vec();
         }
         let mut kept = Vec::with_capacity(cells);
         for k in 0..size[2] {
@@ -194,40 +169,6 @@ impl Placement {
             }
         }
         kept
-    }
-}
-
-/// Reads ascending ranges of an array in whole chunks and keeps the last ones, so that each chunk is decompressed once.
-struct Window<'a, T> {
-    set: &'a Hdf5Set,
-    /// Values per chunk; 1 where the array has none.
-    chunk: u64,
-    /// Values in the array.
-    length: u64,
-    /// What is kept, and where it starts in the array.
-    start: u64,
-    values: Vec<T>,
-}
-
-impl<T: Copy + H5Type> Window<'_, T> {
-    fn read(&mut self, range: &Range<u64>) -> Result<Vec<T>, FormatError> {
-        let mut found = Vec::with_capacity((range.end - range.start) as usize);
-        let mut next = range.start;
-        while next < range.end {
-            let end = self.start + self.values.len() as u64;
-            if next < self.start || next >= end {
-                let start = next - next % self.chunk;
-                let end = range.end.div_ceil(self.chunk).saturating_mul(self.chunk).min(self.length);
-                self.values = Vec::new();
-                self.values = self.set.read_box(std::slice::from_ref(&(start..end)))?;
-                self.start = start;
-                continue;
-            }
-            let stop = end.min(range.end);
-            found.extend_from_slice(&self.values[(next - self.start) as usize..(stop - self.start) as usize]);
-            next = stop;
-        }
-        Ok(found)
     }
 }
 

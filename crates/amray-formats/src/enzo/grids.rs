@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use amray::hierarchy::IndexBox;
+use amray_expressions::quoted;
 
 use super::text::{Entry, Text};
 use crate::FormatError;
@@ -77,6 +78,11 @@ pub(super) fn read(hierarchy: &Text, root: &Root) -> Result<Vec<Grid>, FormatErr
         })?;
         let file = block.file.as_deref().and_then(Path::file_name);
         let file = file.ok_or_else(|| problem(id, "no BaryonFileName, expected a file of values".into()))?;
+        let name = file.to_string_lossy();
+        if name.contains(char::is_control) {
+            let expected = "expected a name without control characters";
+            return Err(problem(id, format!("BaryonFileName {}, {expected}", quoted(&name))));
+        }
         grids.push(Grid { id, level, cells, file: directory.join(file) });
     }
     grids.sort_by_key(|grid| grid.level);

@@ -3,6 +3,7 @@
 //! The format is described in Enzo's documentation, *Enzo Output Formats* (packed AMR). Values are those of active cells
 //! alone, and coarse cells under finer grids are stored.
 
+mod candidates;
 mod grids;
 mod text;
 mod units;
@@ -12,13 +13,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy, VoxelType};
+use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy};
 
-use crate::hdf5::{Block, Hdf5, Hdf5Group};
+use crate::hdf5::{Blocks, Hdf5, Hdf5Group, listing, one_line};
 use crate::mapped_file::start_of;
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
+use candidates::Candidate;
 use grids::Grid;
 use text::Text;
 
@@ -36,33 +38,29 @@ pub(crate) struct EnzoDump {
 }
 
 impl EnzoDump {
-    /// The parameter file of the dump that a path belongs to: its directory, or any of its files. `None` where it is none.
+    /// The parameter file of the dump that a path belongs to: its directory, or any of its files. `None` where it is none. A
+    /// directory of several dumps is returned itself, for [`EnzoDump::open`] to say so.
     pub(crate) fn find(path: &Path) -> Option<PathBuf> {
-        let parameters = |hierarchy: &Path| hierarchy.with_extension("");
-        let is_dump = |hierarchy: &PathBuf| {
-            let head =
-                fs::metadata(hierarchy).is_ok_and(|file| file.is_file()).then(|| first_line(hierarchy)).flatten();
-            head.is_some_and(|line| line.replace(' ', "").starts_with("Grid=1")) && parameters(hierarchy).is_file()
-        };
         if path.is_dir() {
-            let entries = fs::read_dir(path).ok()?.flatten().map(|entry| entry.path());
-            let mut found: Vec<PathBuf> =
-                entries.filter(|path| path.extension().is_some_and(|ending| ending == "hierarchy")).collect();
-            found.sort();
-            return found.iter().find(|hierarchy| is_dump(hierarchy)).map(|hierarchy| parameters(hierarchy));
+            let mut dumps = dumps_in(path);
+            return if dumps.len() > 1 { Some(path.into()) } else { dumps.pop() };
         }
         let mut beside = path.as_os_str().to_owned();
         beside.push(".hierarchy");
         // The file is the parameters, the grids, or one of values.
         let candidates = [PathBuf::from(beside), path.with_extension("hierarchy")];
-        candidates.iter().find(|hierarchy| is_dump(hierarchy)).map(|hierarchy| parameters(hierarchy))
+        candidates.iter().find_map(|hierarchy| parameters_beside(hierarchy))
     }
 
     /// Opens the dump with the parameter file `path`.
     ///
     /// # Errors
-    /// [`FormatError`] where a file is missing or damaged, or the data have fewer than three dimensions.
+    /// [`FormatError`] where a file is missing or damaged, the data have fewer than three dimensions, or `path` is a
+    /// directory of several dumps.
     pub(crate) fn open(path: &Path, options: &OpenOptions) -> Result<Self, FormatError> {
+        if path.is_dir() {
+            return Err(several(path));
+        }
         let parameters = Text::read(path)?;
         let mut beside = path.as_os_str().to_owned();
         beside.push(".hierarchy");
@@ -91,35 +89,18 @@ impl EnzoDump {
 
     /// Fields are what every grid has, with a value for each of its cells.
     fn find_fields(&mut self, units: &BTreeMap<String, String>) -> Result<(), FormatError> {
-        let mut counts: Vec<(String, usize, VoxelType)> = Vec::new();
-        for grid in &self.grids {
-            let group = self.group(grid)?;
-            for name in group.member_names()? {
-                if name.starts_with("particle_") {
-                    continue;
+        let candidates = Candidate::all(&self.grids, |grid| self.group(grid))?;
+        for candidate in candidates {
+            match candidate.problem(self.grids.len()) {
+                Some(problem) => {
+                    self.warnings.push(format!("{} is left out: {problem}", one_line(&candidate.name)));
                 }
-                // Particles of all kinds lie in groups of their own.
-                let Ok(set) = group.data_set(&name) else { continue };
-                let size = grid.cells.size();
-                let shape = [size[2], size[1], size[0]].map(|cells| cells as u64);
-                let Ok(voxel_type) = set.voxel_type_in_memory() else { continue };
-                if *set.shape() != shape {
-                    continue;
+                None => {
+                    let Candidate { name, voxel_type, .. } = candidate;
+                    let Some(voxel_type) = voxel_type else { continue };
+                    let unit = units.get(&name).cloned();
+                    self.fields.push(FieldInfo { name, voxel_type, unit });
                 }
-                match counts.iter_mut().find(|(known, ..)| *known == name) {
-                    Some((_, count, known)) if *known == voxel_type => *count += 1,
-                    Some(_) => {}
-                    None => counts.push((name, 1, voxel_type)),
-                }
-            }
-        }
-        for (name, count, voxel_type) in counts {
-            if count == self.grids.len() {
-                let unit = units.get(&name).cloned();
-                self.fields.push(FieldInfo { name, voxel_type, unit });
-            } else {
-                let missing = self.grids.len() - count;
-                self.warnings.push(format!("{name} is left out: {missing} of {} grids lack it", self.grids.len()));
             }
         }
         Ok(())
@@ -141,11 +122,13 @@ impl StoredBricks for EnzoDump {
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
         let name = &self.fields[field].name;
         let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
-        stored_bricks::read_each(&self.grids, progress, |grid| {
+        let read = |grid: &Grid| {
             let set = self.group(grid)?.data_set(name)?;
-            let block = Block { leading: &[], ghosts: [0; 3], size: grid.cells.size().map(i64::cast_unsigned) };
-            set.block(self.files[&grid.file].map(), &set.storage()?, &block, &store)
-        })
+            let size = grid.cells.size().map(i64::cast_unsigned);
+            let block = Blocks { leading: &[], numbers: None, ghosts: [0; 3], size };
+            set.blocks(self.files[&grid.file].map(), &set.storage()?, &block, &store, &|| {})
+        };
+        Ok(stored_bricks::read_each(&self.grids, progress, read)?.into_iter().flatten().collect())
     }
 }
 
@@ -173,6 +156,32 @@ impl DataSet for EnzoDump {
     fn warnings(&self) -> &[String] {
         &self.warnings
     }
+}
+
+/// The parameter files of all dumps in a directory, in the order of their names.
+fn dumps_in(directory: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(directory).into_iter().flatten().flatten().map(|entry| entry.path());
+    let hierarchies = entries.filter(|path| path.extension().is_some_and(|ending| ending == "hierarchy"));
+    let mut found: Vec<PathBuf> = hierarchies.filter_map(|hierarchy| parameters_beside(&hierarchy)).collect();
+    found.sort();
+    found
+}
+
+/// The parameter file beside a file of grids; `None` where it is none or stands alone.
+fn parameters_beside(hierarchy: &Path) -> Option<PathBuf> {
+    let line = fs::metadata(hierarchy).is_ok_and(|file| file.is_file()).then(|| first_line(hierarchy))??;
+    let parameters = hierarchy.with_extension("");
+    (line.replace(' ', "").starts_with("Grid=1") && parameters.is_file()).then_some(parameters)
+}
+
+/// The error for a directory of several dumps.
+fn several(directory: &Path) -> FormatError {
+    let dumps = dumps_in(directory);
+    let names = dumps.iter().map(|dump| dump.file_name().unwrap_or_default().to_string_lossy().into_owned());
+    let names: Vec<String> = names.collect();
+    let found = format!("{} Enzo dumps ({})", dumps.len(), listing(names.iter().map(String::as_str)));
+    let expected = "one: pass the parameter file of one of them".into();
+    FormatError::Unrecognised { path: directory.into(), found, expected }
 }
 
 /// The first line of a file that holds something.

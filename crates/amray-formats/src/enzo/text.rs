@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use crate::FormatError;
+use crate::hdf5::one_line;
 use crate::mapped_file::start_of;
 
 /// Far more than the text of any dump: a million grids take half of it.
@@ -67,7 +68,7 @@ impl Entry<'_> {
 
     /// An error in this line.
     pub(super) fn malformed(&self, problem: &str) -> FormatError {
-        FormatError::malformed(self.path, format!("line {}, {}", self.line, shortened(self.key)), problem)
+        FormatError::malformed(self.path, format!("line {}, {}", self.line, shortened(self.key)), one_line(problem))
     }
 }
 

@@ -194,6 +194,24 @@ impl Hdf5Set {
         self.decoded(decode)?.ok_or_else(|| self.malformed(expected))
     }
 
+    /// All elements, which must be compounds of two strings of a fixed length: a name and a text.
+    ///
+    /// # Errors
+    /// [`FormatError::Malformed`] where they are something else or cannot be read.
+    pub(crate) fn named_texts(&self) -> Result<Vec<(String, String)>, FormatError> {
+        let expected = "expected compounds of a name and a text";
+        let Datatype::Compound { fields, .. } = self.set.dtype() else {
+            return Err(self.malformed(&format!("{}, {expected}", describe(self.set.dtype()))));
+        };
+        let [name, text] = &fields[..] else { return Err(self.malformed(expected)) };
+        if ![name, text].iter().all(|field| matches!(field.datatype, Datatype::String { .. })) {
+            return Err(self.malformed(expected));
+        }
+        let [name, text] = [name, text].map(|field| field.byte_offset as usize);
+        let decode = |bytes: &[u8]| Some((trimmed(bytes.get(name..text)?), trimmed(bytes.get(text..)?)));
+        self.decoded(decode)?.ok_or_else(|| self.malformed(expected))
+    }
+
     /// The integer members `members` of all elements, which must be compounds. Other members and padding are skipped.
     ///
     /// # Errors

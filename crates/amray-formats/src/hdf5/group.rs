@@ -44,6 +44,15 @@ impl Hdf5Group {
         Ok(groups.into_iter().chain(sets).collect())
     }
 
+    /// The names of the data sets in it.
+    ///
+    /// # Errors
+    /// [`FormatError::Malformed`] where the list is damaged.
+    pub(crate) fn data_set_names(&self) -> Result<Vec<String>, FormatError> {
+        let (_, sets) = self.group.member_names().map_err(|error| self.source.failed(self.place(), &error))?;
+        Ok(sets)
+    }
+
     /// The group `name` in this one, if there is one.
     ///
     /// # Errors
@@ -119,8 +128,7 @@ impl Hdf5Group {
     pub(crate) fn text_list(&self, name: &str) -> Result<Option<Vec<String>>, FormatError> {
         let Some(attribute) = self.attribute(name) else { return Ok(None) };
         let texts = attribute.read_strings().map_err(|_| self.unlike(name, attribute, "strings"))?;
-        let trimmed = |text: &String| text.trim_end_matches(|end: char| end == '\0' || end.is_whitespace()).to_owned();
-        Ok(Some(texts.iter().map(trimmed).collect()))
+        Ok(Some(texts.iter().map(|text| trimmed(text)).collect()))
     }
 
     /// The attribute `name` as one string without padding, if there is one.
@@ -128,10 +136,7 @@ impl Hdf5Group {
     /// # Errors
     /// [`FormatError::Malformed`] where it is something else.
     pub(crate) fn text(&self, name: &str) -> Result<Option<String>, FormatError> {
-        self.single(name, "a string", |attribute| {
-            let text = attribute.read_string().ok()?;
-            Some(text.trim_end_matches(|end: char| end == '\0' || end.is_whitespace()).to_owned())
-        })
+        self.single(name, "a string", |attribute| Some(trimmed(&attribute.read_string().ok()?)))
     }
 
     /// The integer members `members` of the compound attribute `name`, if there is one.
@@ -228,4 +233,9 @@ impl Hdf5Group {
     fn child_place(&self, name: &str) -> String {
         if self.place.is_empty() { name.into() } else { format!("{}/{name}", self.place) }
     }
+}
+
+/// A string without padding.
+fn trimmed(text: &str) -> String {
+    text.trim_end_matches(|end: char| end == '\0' || end.is_whitespace()).to_owned()
 }

@@ -7,6 +7,7 @@ mod block;
 mod data_set;
 mod group;
 mod number;
+mod parts;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,10 +19,11 @@ use memmap2::Mmap;
 
 use crate::{FormatError, mapped_file};
 
-pub(crate) use block::Block;
+pub(crate) use block::Blocks;
 pub(crate) use data_set::{Hdf5Set, Storage};
 pub(crate) use group::Hdf5Group;
 pub(crate) use hdf5_reader::H5Type;
+pub(crate) use parts::Parts;
 
 /// Deflate shrinks by at most this factor: no file decompresses to more.
 const LARGEST_COMPRESSION: usize = 1032;
@@ -131,12 +133,12 @@ fn check_length(path: &Path, file: &Hdf5File, map: &Mmap) -> Result<(), FormatEr
 }
 
 /// Text from a file without line breaks and other control characters.
-fn one_line(text: &str) -> String {
+pub(crate) fn one_line(text: &str) -> String {
     text.replace(char::is_control, " ")
 }
 
 /// The first few of `names`, for a message.
-fn listing<'a>(mut names: impl Iterator<Item = &'a str>) -> String {
+pub(crate) fn listing<'a>(mut names: impl Iterator<Item = &'a str>) -> String {
     const SHOWN: usize = 8;
     let shown: Vec<&str> = names.by_ref().take(SHOWN).collect();
     let more = if names.next().is_some() { ", ..." } else { "" };

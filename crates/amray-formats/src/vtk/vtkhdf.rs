@@ -5,13 +5,13 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy, ValueBuffer, contiguous_strides};
+use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy, IndexBox, ValueBuffer, Voxel, contiguous_strides};
 
 use super::arrays::{self, Component, FLAGS, StatedArray};
 use super::geometry::{self, StatedLevel, index_box};
-use crate::hdf5::{Hdf5, Hdf5Group, Hdf5Set, Storage};
+use crate::hdf5::{Hdf5, Hdf5Group, Hdf5Set, Parts, Storage};
 use crate::store::Store;
-use crate::stored_bricks::{self, StoredBricks, StoredVoxel, read_each};
+use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
 
 /// The group that all of VTK's data are in.
@@ -70,22 +70,6 @@ impl VtkhdfFile {
         let (fields, components) = fields(&groups, &hierarchy, &mut warnings)?;
         let options = *options;
         Ok(Self { hdf5, time, hierarchy: Arc::new(hierarchy), fields, components, warnings, options })
-    }
-
-    /// The arrays of a field, one per level that has bricks, each with the level's number.
-    fn sets(&self, name: &str, centering: Centering) -> Result<Vec<Option<Hdf5Set>>, FormatError> {
-        let vtk = required(&self.hdf5.root()?, GROUP)?;
-        let set = |(number, level): (usize, &amray::hierarchy::Level)| {
-            if level.bricks().is_empty() {
-                return Ok(None);
-            }
-            let arrays = required(&required(&vtk, &format!("Level{number}"))?, section(centering))?;
-            match arrays.member_names()?.iter().any(|member| member == name) {
-                true => arrays.data_set(name).map(Some),
-                false => Ok(None),
-            }
-        };
-        self.hierarchy.levels().iter().enumerate().map(set).collect()
     }
 }
 
@@ -177,12 +161,42 @@ fn fields(
     Ok(arrays::fields(arrays))
 }
 
-/// A brick's values: the rows of the level's arrays that are its own.
-struct Rows {
-    level: usize,
-    rows: Range<u64>,
-    /// Values along x, y and z.
-    size: [usize; 3],
+/// The values of a level's bricks in its arrays: which rows are theirs, and their number along x, y and z.
+struct LevelRows {
+    rows: Vec<Range<u64>>,
+    sizes: Vec<[usize; 3]>,
+}
+
+impl LevelRows {
+    fn of(bricks: &[IndexBox], centering: Centering) -> Self {
+        let (mut rows, mut sizes, mut start) = (Vec::new(), Vec::new(), 0u64);
+        for cells in bricks {
+            let places = centering.values_of(cells);
+            let end = start.saturating_add(places.cells());
+            rows.push(start..end);
+            sizes.push(places.size().map(|values| values as usize));
+            start = end;
+        }
+        Self { rows, sizes }
+    }
+
+    /// The number of values.
+    fn count(&self) -> u64 {
+        self.rows.last().map_or(0, |rows| rows.end)
+    }
+
+    /// Reads a component of an array, where it is no vector the only one.
+    fn read<T: Voxel>(
+        &self,
+        set: &Hdf5Set,
+        storage: &Storage,
+        component: u64,
+        store: &Store,
+    ) -> Result<Vec<BrickValues<T>>, FormatError> {
+        let inner = if set.shape().len() == 1 { Vec::new() } else { vec![component..component + 1] };
+        let parts = Parts { leading: Vec::new(), along: self.rows.clone(), inner };
+        set.read(storage, &parts, &|brick, values| store.keep(values, self.sizes[brick]))
+    }
 }
 
 impl StoredBricks for VtkhdfFile {
@@ -192,68 +206,68 @@ impl StoredBricks for VtkhdfFile {
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
         let component = &self.components[field];
-        let sets = self.sets(&component.array, component.centering)?;
-        let flags = self.sets(FLAGS, component.centering)?;
-        let storages =
-            sets.iter().map(|set| set.as_ref().map(Hdf5Set::storage).transpose()).collect::<Result<Vec<_>, _>>()?;
+        let levels = self.hierarchy.levels().iter();
+        let levels: Vec<LevelRows> = levels.map(|level| LevelRows::of(level.bricks(), component.centering)).collect();
+        let store =
+            Store::new::<T>(levels.iter().fold(0, |all: u64, rows| all.saturating_add(rows.count())), &self.options)?;
         let mut bricks = Vec::with_capacity(self.hierarchy.brick_count());
-        let mut values = 0u64;
-        for (level, description) in self.hierarchy.levels().iter().enumerate() {
-            let mut start = 0u64;
-            for cells in description.bricks() {
-                let places = component.centering.values_of(cells);
-                let end = start.saturating_add(places.cells());
-                bricks.push(Rows { level, rows: start..end, size: places.size().map(|values| values as usize) });
-                start = end;
-            }
-            if let Some(set) = &sets[level] {
-                check_shape(set, start, component.components)?;
-            }
-            values = start.saturating_add(values);
+        for (level, rows) in levels.iter().enumerate().filter(|(_, rows)| rows.count() > 0) {
+            bricks.extend(self.level(level, rows, component, &store)?);
+            progress(bricks.len() as f64 / self.hierarchy.brick_count() as f64);
         }
-        let store = Store::new::<T>(values, &self.options)?;
-        read_each(&bricks, progress, |rows| {
-            let (Some(set), Some(storage)) = (&sets[rows.level], &storages[rows.level]) else {
-                return Err(required(&self.hdf5.root()?, GROUP)?.malformed(&format!("no array {}", component.array)));
-            };
-            let values = self.values::<T>(set, storage, rows, component, &store)?;
-            match &flags[rows.level] {
-                Some(flags) => {
-                    check_shape(flags, rows.rows.end, 1)?;
-                    let flags: Vec<f32> = flags.read(std::slice::from_ref(&rows.rows))?;
-                    let flags: Vec<u8> = flags.into_iter().map(|flag| flag as u8).collect();
-                    arrays::without_hidden(values, &flags, component.centering, &store)
-                }
-                None => Ok(values),
-            }
-        })
+        Ok(bricks)
     }
 }
 
 impl VtkhdfFile {
-    /// The values of a brick: mapped where they are if they are stored in one piece and as this machine has them.
+    /// The values of a level's bricks, without hidden ones.
+    fn level<T: StoredVoxel>(
+        &self,
+        level: usize,
+        rows: &LevelRows,
+        component: &Component,
+        store: &Store,
+    ) -> Result<Vec<BrickValues<T>>, FormatError> {
+        let vtk = required(&self.hdf5.root()?, GROUP)?;
+        let group = required(&required(&vtk, &format!("Level{level}"))?, section(component.centering))?;
+        let set = group.data_set(&component.array)?;
+        check_shape(&set, rows.count(), component.components)?;
+        let values = self.values(&set, rows, component, store)?;
+        if !group.member_names()?.iter().any(|name| name == FLAGS) {
+            return Ok(values);
+        }
+        let flags = group.data_set(FLAGS)?;
+        check_shape(&flags, rows.count(), 1)?;
+        let flags = rows.read::<f32>(&flags, &flags.storage()?, 0, &Store::Memory)?;
+        let shown = |(values, flags): (BrickValues<T>, BrickValues<f32>)| {
+            let flags: Vec<u8> = flags.to_vec().into_iter().map(|flag| flag as u8).collect();
+            arrays::without_hidden(values, &flags, component.centering, store)
+        };
+        values.into_iter().zip(flags).map(shown).collect()
+    }
+
+    /// The values of a level's bricks: mapped where they are if they are stored in one piece and as this machine has them.
     fn values<T: StoredVoxel>(
         &self,
         set: &Hdf5Set,
-        storage: &Storage,
-        brick: &Rows,
+        rows: &LevelRows,
         component: &Component,
         store: &Store,
-    ) -> Result<BrickValues<T>, FormatError> {
-        // All rows are in the data set, which fits the file: no product overflows.
-        let Rows { rows, size, .. } = brick;
-        let [step, first] = [component.components, component.component].map(|number| number as usize);
-        match storage {
+    ) -> Result<Vec<BrickValues<T>>, FormatError> {
+        match set.storage()? {
             Storage::Contiguous(bytes) if set.is_native() && set.voxel_type()?.bytes() == size_of::<T>() => {
+                // All rows are in the data set, which fits the file: no product overflows.
+                let [step, first] = [component.components, component.component].map(|number| number as usize);
                 let buffer = ValueBuffer::mapped(Arc::clone(self.hdf5.map()));
-                let offset = bytes.start + (rows.start as usize * step + first) * size_of::<T>();
-                BrickValues::new(buffer, offset, contiguous_strides(*size).map(|stride| stride * step), *size)
-                    .map_err(|error| set.malformed(&error.to_string()))
+                let mapped = |(rows, &size): (&Range<u64>, &[usize; 3])| {
+                    let offset = bytes.start + (rows.start as usize * step + first) * size_of::<T>();
+                    let stride = contiguous_strides(size).map(|stride| stride * step);
+                    BrickValues::new(buffer.clone(), offset, stride, size)
+                        .map_err(|error| set.malformed(&error.to_string()))
+                };
+                rows.rows.iter().zip(&rows.sizes).map(mapped).collect()
             }
-            _ => {
-                let ranges = [rows.clone(), component.component..component.component + 1];
-                store.keep(set.read::<T>(&ranges[..set.shape().len()])?, *size)
-            }
+            storage => rows.read(set, &storage, component.component, store),
         }
     }
 }

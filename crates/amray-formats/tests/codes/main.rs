@@ -1,8 +1,10 @@
 //! Real files of simulation codes: what they hold, by other programs' reading of them, and what happens to damaged copies.
 
 mod athena;
+mod athena_written;
 mod damage;
 mod enzo;
+mod enzo_written;
 mod flash;
 
 use std::path::Path;
