@@ -4,7 +4,6 @@
 //! alone, and coarse cells under finer grids are stored.
 
 mod grids;
-mod text;
 mod units;
 
 use std::collections::BTreeMap;
@@ -15,12 +14,12 @@ use std::sync::Arc;
 use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy, VoxelType};
 
 use crate::hdf5::{Block, Hdf5, Hdf5Group};
+use crate::key_values::Text;
 use crate::mapped_file::start_of;
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
 use grids::Grid;
-use text::Text;
 
 /// An Enzo dump.
 pub(crate) struct EnzoDump {

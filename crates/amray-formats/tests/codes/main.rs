@@ -4,6 +4,7 @@ mod athena;
 mod damage;
 mod enzo;
 mod flash;
+mod ramses;
 
 use std::path::Path;
 use std::sync::Arc;
