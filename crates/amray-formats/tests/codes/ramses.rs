@@ -1,5 +1,5 @@
 //! RAMSES outputs, written here as the code's own routines (`output_info`, `backup_amr`, `backup_hydro`) write them: no
-//! file of the code itself was at hand.
+//! file of the code itself was at hand. yt 4 reads the same cells and values from what is written.
 
 mod writer;
 
@@ -35,7 +35,7 @@ fn values_of_all_processes_are_read() {
         output.write(directory.path());
         let data = opened(directory.path());
         assert_eq!((data.format(), data.time()), ("RAMSES", Some(0.75)));
-        assert_eq!(names(&*data), ["density", "velocity_x", "pressure"]);
+        assert_eq!(names(&*data), ["density", "velocity_x", "velocity_y", "velocity_z", "pressure"]);
         let voxel_type = if single { VoxelType::F32 } else { VoxelType::F64 };
         assert!(data.fields().iter().all(|field| field.voxel_type == voxel_type));
         assert_eq!(data.fields()[0].unit.as_deref(), Some("5e-1 g/cm^3"));
@@ -114,7 +114,7 @@ fn a_level_that_does_not_fill_the_domain_is_no_first_one() {
     assert_eq!(cells(&*opened(directory.path())), output.cells_by_level());
     fs::remove_file(directory.path().join("hydro_file_descriptor.txt")).unwrap();
     let data = opened(directory.path());
-    assert_eq!(names(&*data), ["variable_1", "variable_2", "variable_3"]);
+    assert_eq!(names(&*data), ["variable_1", "variable_2", "variable_3", "variable_4", "variable_5"]);
     assert!(data.warnings()[0].contains("no hydro_file_descriptor.txt"));
 }
 

@@ -1,5 +1,6 @@
 //! Writes RAMSES outputs record by record, as the code's own routines do.
 
+use std::collections::HashSet;
 use std::fmt::Write;
 use std::fs;
 use std::path::Path;
@@ -13,7 +14,7 @@ pub(super) enum Descriptor {
     Table,
 }
 
-const VARIABLES: [&str; 3] = ["density", "velocity_x", "pressure"];
+const VARIABLES: [&str; 5] = ["density", "velocity_x", "velocity_y", "velocity_z", "pressure"];
 const CPUS: usize = 3;
 /// `nlevelmax`: more than there are.
 const LEVELS: usize = 25;
@@ -39,6 +40,8 @@ pub(super) struct Output {
     pub(super) level_min: usize,
     /// By level, that of the coarse cells' grids first.
     levels: Vec<Vec<Grid>>,
+    /// By process, the levels and places of the grids that it has or has copies of.
+    known: Vec<HashSet<(usize, [i64; 3])>>,
     /// The finest level all of whose grids exist.
     full: usize,
     pub(super) single: bool,
@@ -79,7 +82,7 @@ impl Output {
                 let list = if is_inner { (place[0] + 2 * place[1] + place[2]) as usize % CPUS } else { CPUS + beyond };
                 let mut grid = Grid { place, list, sons: [0; 8] };
                 for cell in 0..8 {
-                    let index: [i64; 3] = std::array::from_fn(|axis| 2 * place[axis] + (cell >> axis & 1) as i64);
+                    let index = cell_of(&grid, cell);
                     let center = index.map(|index| (index as f64 + 0.5) / 2f64.powi(level as i32));
                     let center = std::array::from_fn(|axis| center[axis] - f64::from(inner[0][axis]));
                     if is_inner && (level < level_min || refined(level, center)) {
@@ -94,7 +97,8 @@ impl Output {
             places = children;
         }
         let (single, big_endian, descriptor) = (false, false, Descriptor::Table);
-        Self { coarse, inner, boundaries, level_min, levels, full: level_min, single, big_endian, descriptor }
+        let (full, known) = (level_min, known(&levels));
+        Self { coarse, inner, boundaries, level_min, levels, known, full, single, big_endian, descriptor }
     }
 
     /// The same, to be written in another form.
@@ -125,7 +129,7 @@ impl Output {
     /// The position of a cell.
     fn center(&self, level: usize, grid: &Grid, cell: usize) -> [f64; 3] {
         std::array::from_fn(|axis| {
-            let index = (2 * grid.place[axis] + (cell >> axis & 1) as i64) as f64 + 0.5;
+            let index = cell_of(grid, cell)[axis] as f64 + 0.5;
             WIDTH * (index / 2f64.powi(level as i32 + 1) - f64::from(self.inner[0][axis]))
         })
     }
@@ -145,14 +149,19 @@ impl Output {
         for (key, count) in counts.into_iter().chain([("ngridmax", 100_000), ("nstep_coarse", 9)]) {
             writeln!(text, "{key:12}={count:11}").unwrap();
         }
-        let numbers = [("boxlen", "0.250000000000000E+01"), ("time", "0.750000000000000E+00")];
-        let units = [("unit_l", "0.4E+01"), ("unit_d", "0.500000000000000E+00"), ("unit_t", "0.2E+01")];
+        let numbers = [("boxlen", WIDTH), ("time", 0.75), ("aexp", 1.0), ("H0", 1.0)];
+        let cosmology = ["omega_m", "omega_l", "omega_k", "omega_b"].map(|key| (key, 0.0));
+        let units = [("unit_l", 4.0), ("unit_d", 0.5), ("unit_t", 2.0)];
         writeln!(text).unwrap();
-        for (key, number) in numbers.into_iter().chain(units) {
-            writeln!(text, "{key:12}={number:>23}").unwrap();
+        for (key, number) in [&numbers[..], &cosmology, &units].concat() {
+            writeln!(text, "{key:12}={:>23}", fortran(number)).unwrap();
         }
         writeln!(text, "\nordering type={:80}", "hilbert").unwrap();
         writeln!(text, "   DOMAIN   ind_min                 ind_max").unwrap();
+        for cpu in 0..CPUS {
+            let [low, high] = [cpu, cpu + 1].map(|key| fortran(key as f64));
+            writeln!(text, "{:8} {low:>23} {high:>23}", cpu + 1).unwrap();
+        }
         text
     }
 
@@ -171,11 +180,11 @@ impl Output {
         text
     }
 
-    /// The grids of a list that a process knows, on a level: all of its own, all beyond boundaries, and some of others.
+    /// The grids of a list that a process knows, on a level.
     fn known(&self, cpu: usize, level: usize, list: usize) -> Vec<&Grid> {
         let of_list = self.levels.get(level).into_iter().flatten().filter(|grid| grid.list == list);
-        let is_known = |(place, _): &(usize, &Grid)| list == cpu || list >= CPUS || (place + cpu).is_multiple_of(3);
-        of_list.enumerate().filter(is_known).map(|(_, grid)| grid).collect()
+        let is_known = |grid: &&Grid| list >= CPUS || self.known[cpu].contains(&(level, grid.place));
+        of_list.filter(is_known).collect()
     }
 
     /// How many grids there are in each list of each level.
@@ -263,6 +272,25 @@ impl Output {
     }
 }
 
+/// By process, the levels and places of its grids, of all that they lie in, and of their children.
+fn known(levels: &[Vec<Grid>]) -> Vec<HashSet<(usize, [i64; 3])>> {
+    let mut known = vec![HashSet::new(); CPUS];
+    for (level, grid) in
+        levels.iter().enumerate().flat_map(|(level, grids)| grids.iter().map(move |grid| (level, grid)))
+    {
+        let Some(of_cpu) = known.get_mut(grid.list) else { continue };
+        of_cpu.extend((0..=level).map(|up| (level - up, grid.place.map(|index| index >> up))));
+        let children = (0..8).filter(|cell| grid.sons[*cell] > 0);
+        of_cpu.extend(children.map(|cell| (level + 1, cell_of(grid, cell))));
+    }
+    known
+}
+
+/// The place of a grid's cell, in cells of its level.
+fn cell_of(grid: &Grid, cell: usize) -> [i64; 3] {
+    std::array::from_fn(|axis| 2 * grid.place[axis] + (cell >> axis & 1) as i64)
+}
+
 /// What a file of a mesh has of the grids of a list.
 fn write_grids(file: &mut Records, level: usize, grids: &[&Grid]) {
     let numbers: Vec<i32> = (1..=grids.len() as i32).collect();
@@ -282,6 +310,12 @@ fn write_grids(file: &mut Records, level: usize, grids: &[&Grid]) {
     for _ in 0..2 * 8 {
         file.integers(&numbers);
     }
+}
+
+/// A number as the format E23.15 has it, for which its first digit is a tenth.
+fn fortran(number: f64) -> String {
+    let exponent = if number == 0.0 { 0 } else { number.log10().floor() as i32 + 1 };
+    format!("{:.15}E{exponent:+03}", number / 10f64.powi(exponent))
 }
 
 /// A file of Fortran's records.
