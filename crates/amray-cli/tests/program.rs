@@ -183,7 +183,8 @@ fn errors_are_one_line_that_helps() {
     std::fs::write(here.join("text"), "hello").unwrap();
     std::fs::write(here.join("empty"), "").unwrap();
     std::fs::create_dir(here.join("folder")).unwrap();
-    let expected = "expected Chombo, Athena++, FLASH or VTK HDF5, a VTK AMR index, an AMReX plotfile or an Enzo dump";
+    let expected = "expected Chombo, Athena++, FLASH or VTK HDF5, a VTK AMR index, an AMReX plotfile, an Enzo dump or \
+                    a RAMSES output";
     assert_eq!(
         fails(here, &["info", "text"]),
         format!("amray: text: a text file that starts with \"hello\", {expected}")
@@ -191,7 +192,7 @@ fn errors_are_one_line_that_helps() {
     assert_eq!(fails(here, &["info", "empty"]), format!("amray: empty: an empty file, {expected}"));
     assert_eq!(
         fails(here, &["info", "folder"]),
-        format!("amray: folder: a directory without the files of a plotfile or a dump, {expected}")
+        format!("amray: folder: a directory without the files of a plotfile, a dump or an output, {expected}")
     );
     assert!(fails(here, &["info", "nowhere"]).starts_with("amray: nowhere: cannot open: "));
     let field = fails(here, &["render", path, "--field", "densty"]);

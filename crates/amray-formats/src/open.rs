@@ -9,11 +9,13 @@ use crate::enzo::EnzoDump;
 use crate::flash::FlashFile;
 use crate::hdf5::Hdf5;
 use crate::mapped_file::start_of;
+use crate::ramses::{OutputFiles, RamsesOutput};
 use crate::structured::StructuredVolume;
 use crate::{AmrexPlotfile, ChomboFile, DataSet, FormatError, OpenOptions, VthbFile, VtkhdfFile};
 
 /// The formats that are read.
-const EXPECTED: &str = "Chombo, Athena++, FLASH or VTK HDF5, a VTK AMR index, an AMReX plotfile or an Enzo dump";
+const EXPECTED: &str =
+    "Chombo, Athena++, FLASH or VTK HDF5, a VTK AMR index, an AMReX plotfile, an Enzo dump or a RAMSES output";
 
 /// Opens a data set of any format that amray reads. The content decides, not the name. Where the file stores leaf cells
 /// alone, the coarse levels are added, as means of the finer ones.
@@ -36,6 +38,9 @@ fn open_as_stored(path: &Path, options: &OpenOptions) -> Result<Box<dyn DataSet>
     if let Some(parameters) = EnzoDump::find(path) {
         return Ok(Box::new(EnzoDump::open(&parameters, options)?));
     }
+    if let Some(files) = OutputFiles::find(path) {
+        return Ok(Box::new(RamsesOutput::open(&files, options)?));
+    }
     if metadata.is_file() {
         if let Some(hdf5) = Hdf5::open(path)? {
             return open_hdf5(hdf5, options);
@@ -49,7 +54,7 @@ fn open_as_stored(path: &Path, options: &OpenOptions) -> Result<Box<dyn DataSet>
         }
     }
     let found = if metadata.is_dir() {
-        "a directory without the files of a plotfile or a dump".into()
+        "a directory without the files of a plotfile, a dump or an output".into()
     } else if metadata.is_file() {
         described(path)?
     } else {

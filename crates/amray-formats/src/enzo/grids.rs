@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use amray::hierarchy::IndexBox;
 use amray_expressions::quoted;
 
-use super::text::{Entry, Text};
 use crate::FormatError;
+use crate::key_values::{Entry, Text};
 use crate::refined::Root;
 
 /// Edges are written with this many digits, in cells of the grid's level.

@@ -5,7 +5,6 @@
 
 mod candidates;
 mod grids;
-mod text;
 mod units;
 
 use std::collections::BTreeMap;
@@ -16,13 +15,13 @@ use std::sync::Arc;
 use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy};
 
 use crate::hdf5::{Blocks, Hdf5, Hdf5Group, listing, one_line};
+use crate::key_values::Text;
 use crate::mapped_file::start_of;
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
 use candidates::Candidate;
 use grids::Grid;
-use text::Text;
 
 /// An Enzo dump.
 pub(crate) struct EnzoDump {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::text::Text;
+use crate::key_values::Text;
 
 /// What the file says of the field with a number.
 #[derive(Default)]

@@ -6,6 +6,7 @@ mod damage;
 mod enzo;
 mod enzo_written;
 mod flash;
+mod ramses;
 
 use std::path::Path;
 use std::sync::Arc;

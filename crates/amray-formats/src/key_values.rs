@@ -1,4 +1,4 @@
-//! Enzo's text files: lines of `Key = values`.
+//! Text files of lines `Key = values`, as Enzo and RAMSES write them.
 
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
@@ -11,30 +11,30 @@ use crate::mapped_file::start_of;
 const LONGEST: u64 = 1 << 30;
 
 /// A text file in memory.
-pub(super) struct Text {
-    pub(super) path: PathBuf,
+pub(crate) struct Text {
+    pub(crate) path: PathBuf,
     content: String,
 }
 
 /// A line with a key.
 #[derive(Clone, Copy)]
-pub(super) struct Entry<'a> {
+pub(crate) struct Entry<'a> {
     path: &'a Path,
     /// From 1 on.
     line: usize,
-    pub(super) key: &'a str,
-    pub(super) value: &'a str,
+    pub(crate) key: &'a str,
+    pub(crate) value: &'a str,
 }
 
 impl Text {
-    pub(super) fn read(path: &Path) -> Result<Self, FormatError> {
+    pub(crate) fn read(path: &Path) -> Result<Self, FormatError> {
         // Names in foreign bytes are no reason to give up.
         let content = String::from_utf8_lossy(&start_of(path, LONGEST)?).into_owned();
         Ok(Self { path: path.into(), content })
     }
 
     /// The lines with a key, one after the other.
-    pub(super) fn entries(&self) -> impl Iterator<Item = Entry<'_>> {
+    pub(crate) fn entries(&self) -> impl Iterator<Item = Entry<'_>> {
         self.content.lines().enumerate().filter_map(|(number, line)| {
             let (key, value) = line.split_once('=')?;
             Some(Entry { path: &self.path, line: number + 1, key: key.trim(), value: value.trim() })
@@ -42,7 +42,7 @@ impl Text {
     }
 
     /// The first line with a key.
-    pub(super) fn find(&self, key: &str) -> Result<Entry<'_>, FormatError> {
+    pub(crate) fn find(&self, key: &str) -> Result<Entry<'_>, FormatError> {
         self.entries()
             .find(|entry| entry.key == key)
             .ok_or_else(|| FormatError::malformed(&self.path, "the file", format!("no line {key} = ...")))
@@ -51,7 +51,7 @@ impl Text {
 
 impl Entry<'_> {
     /// The value as so many numbers; more may follow.
-    pub(super) fn numbers<T: FromStr, const N: usize>(&self) -> Result<[T; N], FormatError> {
+    pub(crate) fn numbers<T: FromStr, const N: usize>(&self) -> Result<[T; N], FormatError> {
         let mut words = self.value.split_whitespace().map(str::parse::<T>);
         let numbers: Option<Vec<T>> = (0..N).map(|_| words.next()?.ok()).collect();
         let numbers = numbers.and_then(|numbers| <[T; N]>::try_from(numbers).ok());
@@ -62,12 +62,12 @@ impl Entry<'_> {
     }
 
     /// The value as one number.
-    pub(super) fn number<T: FromStr>(&self) -> Result<T, FormatError> {
+    pub(crate) fn number<T: FromStr>(&self) -> Result<T, FormatError> {
         Ok(self.numbers::<T, 1>()?.into_iter().next().expect("there is one"))
     }
 
     /// An error in this line.
-    pub(super) fn malformed(&self, problem: &str) -> FormatError {
+    pub(crate) fn malformed(&self, problem: &str) -> FormatError {
         FormatError::malformed(self.path, format!("line {}, {}", self.line, shortened(self.key)), one_line(problem))
     }
 }
