@@ -193,8 +193,8 @@ impl LevelRows {
         component: u64,
         store: &Store,
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
-        let inner = if set.shape().len() == 1 { Vec::new() } else { vec![component..component + 1] };
-        let parts = Parts { leading: Vec::new(), along: self.rows.clone(), inner };
+        let column = (set.shape().len() > 1).then(|| component..component + 1);
+        let parts = Parts { leading: Vec::new(), along: self.rows.clone(), inner: column.into_iter().collect() };
         set.read(storage, &parts, &|brick, values| store.keep(values, self.sizes[brick]))
     }
 }
