@@ -26,15 +26,15 @@ pub(crate) struct Completed {
 impl Completed {
     /// Completes a data set that was opened with all of its levels; `path` is for errors.
     pub(crate) fn new(leaves: Box<dyn DataSet>, path: &Path, options: &OpenOptions) -> Result<Self, FormatError> {
-        let wrong = |source| FormatError::Hierarchy { path: path.into(), source };
+        let wrong = FormatError::hierarchy(path);
         let mut steps = Vec::new();
         let mut hierarchy = leaves.hierarchy().clone();
         if hierarchy.cells() < SMALL_BLOCK * hierarchy.brick_count() as u64 {
-            let merged = hierarchy.merged(TILE).map_err(wrong)?;
+            let merged = hierarchy.merged(TILE).map_err(&wrong)?;
             hierarchy = merged.hierarchy().clone();
             steps.push(merged);
         }
-        let completed = hierarchy.completed().map_err(wrong)?;
+        let completed = hierarchy.completed().map_err(&wrong)?;
         hierarchy = completed.hierarchy().clone();
         steps.push(completed);
         let levels = options.level_count(path, hierarchy.levels().len())?;

@@ -111,6 +111,12 @@ impl FormatError {
         move |source| Self::Io { path: path.clone(), action, source }
     }
 
+    /// A [`FormatError::Hierarchy`], for `map_err`.
+    pub(crate) fn hierarchy(path: &Path) -> impl Fn(HierarchyError) -> Self + use<> {
+        let path = path.to_path_buf();
+        move |source| Self::Hierarchy { path: path.clone(), source }
+    }
+
     /// A [`FormatError::Malformed`].
     pub fn malformed(path: &Path, place: impl Into<String>, problem: impl Into<String>) -> Self {
         Self::Malformed { path: path.into(), place: place.into(), problem: problem.into() }

@@ -35,7 +35,7 @@ fn open_as_stored(path: &Path, options: &OpenOptions) -> Result<Box<dyn DataSet>
     if AmrexPlotfile::recognises(path) {
         return Ok(Box::new(AmrexPlotfile::open(path, options)?));
     }
-    if let Some(parameters) = EnzoDump::find(path) {
+    if let Some(parameters) = EnzoDump::find(path)? {
         return Ok(Box::new(EnzoDump::open(&parameters, options)?));
     }
     if let Some(files) = OutputFiles::find(path) {

@@ -93,27 +93,12 @@ impl DataArray {
         expected: u128,
         from: impl Fn(f64) -> T,
     ) -> Result<Vec<T>, String> {
-        let counted = |values: Vec<T>| match values.len() as u128 == expected {
-            true => Ok(values),
-            false => Err(format!("there are {} numbers, expected {expected}", values.len())),
+        let stored = match &self.place {
+            Place::Text(parts) => return written_out(document.bytes, parts, expected, from),
+            Place::Base64(parts) => joined(document.bytes, parts),
+            Place::Appended(start) => Cow::Borrowed(&document.bytes[*start..]),
         };
-        match &self.place {
-            Place::Text(parts) => {
-                let parts = parts.iter().map(|part| &document.bytes[part.clone()]);
-                // The XML was read as UTF-8.
-                let words = parts.flat_map(|part| str::from_utf8(part).unwrap_or_default().split_ascii_whitespace());
-                let number = |word: &str| word.parse().map_err(|_| format!("{}, expected a number", shown(word)));
-                counted(words.map(|word| number(word).map(&from)).collect::<Result<_, _>>()?)
-            }
-            Place::Base64(parts) => {
-                let text = joined(document.bytes, parts);
-                counted(self.binary(document, &text, expected, from).map_err(|error| in_words(&error))?)
-            }
-            Place::Appended(start) => {
-                let stored = &document.bytes[*start..];
-                counted(self.binary(document, stored, expected, from).map_err(|error| in_words(&error))?)
-            }
-        }
+        self.binary(document, &stored, expected, from).map_err(|error| in_words(&error))
     }
 
     fn binary<T>(
@@ -179,6 +164,24 @@ impl DataArray {
             [part] => Ok(ArrayLocation { start: part.start as u64, end: Some(part.end as u64), place }),
             parts => Err(format!("its numbers are in {} parts, expected 1", parts.len())),
         }
+    }
+}
+
+/// Decimal numbers in parts of the bytes, of which there are `expected`.
+fn written_out<T>(
+    bytes: &[u8],
+    parts: &[Range<usize>],
+    expected: u128,
+    from: impl Fn(f64) -> T,
+) -> Result<Vec<T>, String> {
+    // The XML was read as UTF-8.
+    let texts = parts.iter().map(|part| str::from_utf8(&bytes[part.clone()]).unwrap_or_default());
+    let number = |word: &str| word.parse().map_err(|_| format!("{}, expected a number", shown(word)));
+    let words = texts.flat_map(str::split_ascii_whitespace);
+    let values: Vec<T> = words.map(|word| number(word).map(&from)).collect::<Result<_, _>>()?;
+    match values.len() as u128 == expected {
+        true => Ok(values),
+        false => Err(format!("there are {} numbers, expected {expected}", values.len())),
     }
 }
 

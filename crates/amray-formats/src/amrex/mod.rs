@@ -62,8 +62,7 @@ impl AmrexPlotfile {
             .iter()
             .map(|level| MultiFab::read(&directory.join(&level.multifab), header.fields.len(), level.grids))
             .collect::<Result<_, _>>()?;
-        let hierarchy =
-            hierarchy(&header, &multifabs).map_err(|source| FormatError::Hierarchy { path: path.into(), source })?;
+        let hierarchy = hierarchy(&header, &multifabs).map_err(FormatError::hierarchy(path))?;
 
         let mut fabs = Vec::with_capacity(hierarchy.brick_count());
         for (level, multifab) in multifabs.iter().enumerate() {

@@ -55,8 +55,7 @@ impl AthenaFile {
     pub(crate) fn read(hdf5: Hdf5, options: &OpenOptions) -> Result<Self, FormatError> {
         let root = hdf5.root()?;
         let mesh = Mesh::read(&root)?;
-        let wrong = |source| FormatError::Hierarchy { path: hdf5.path().into(), source };
-        let hierarchy = Arc::new(mesh.hierarchy().map_err(wrong)?);
+        let hierarchy = Arc::new(mesh.hierarchy().map_err(FormatError::hierarchy(hdf5.path()))?);
         let mut warnings = Vec::new();
         match root.text("Coordinates")?.as_deref() {
             None | Some("cartesian" | "minkowski") => {}

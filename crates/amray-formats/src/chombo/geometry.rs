@@ -47,7 +47,7 @@ pub(super) fn hierarchy(
         let ratio = coarser.map_or([1; 3], |(_, ratio)| ratio);
         descriptions.push(LevelDescription { ratio, cell_size, domain: domain(level)?, bricks });
     }
-    Hierarchy::new(origin, descriptions).map_err(|source| FormatError::Hierarchy { path: path.into(), source })
+    Hierarchy::new(origin, descriptions).map_err(FormatError::hierarchy(path))
 }
 
 /// The ratio between a level and the next finer one, which is where Chombo keeps it.

@@ -37,40 +37,33 @@ pub(crate) struct EnzoDump {
 }
 
 impl EnzoDump {
-    /// The parameter file of the dump that a path belongs to: its directory, or any of its files. `None` where it is none. A
-    /// directory of several dumps is returned itself, for [`EnzoDump::open`] to say so.
-    pub(crate) fn find(path: &Path) -> Option<PathBuf> {
+    /// The parameter file of the dump that a path belongs to: its directory, or any of its files. `None` where it is none.
+    ///
+    /// # Errors
+    /// [`FormatError::Unrecognised`] where `path` is a directory of several dumps.
+    pub(crate) fn find(path: &Path) -> Result<Option<PathBuf>, FormatError> {
         if path.is_dir() {
             let mut dumps = dumps_in(path);
-            return if dumps.len() > 1 { Some(path.into()) } else { dumps.pop() };
+            return if dumps.len() > 1 { Err(several(path, &dumps)) } else { Ok(dumps.pop()) };
         }
-        let mut beside = path.as_os_str().to_owned();
-        beside.push(".hierarchy");
         // The file is the parameters, the grids, or one of values.
-        let candidates = [PathBuf::from(beside), path.with_extension("hierarchy")];
-        candidates.iter().find_map(|hierarchy| parameters_beside(hierarchy))
+        let candidates = [hierarchy_beside(path), path.with_extension("hierarchy")];
+        Ok(candidates.iter().find_map(|hierarchy| parameters_beside(hierarchy)))
     }
 
     /// Opens the dump with the parameter file `path`.
     ///
     /// # Errors
-    /// [`FormatError`] where a file is missing or damaged, the data have fewer than three dimensions, or `path` is a
-    /// directory of several dumps.
+    /// [`FormatError`] where a file is missing or damaged, or the data have fewer than three dimensions.
     pub(crate) fn open(path: &Path, options: &OpenOptions) -> Result<Self, FormatError> {
-        if path.is_dir() {
-            return Err(several(path));
-        }
         let parameters = Text::read(path)?;
-        let mut beside = path.as_os_str().to_owned();
-        beside.push(".hierarchy");
         let root = grids::root(&parameters)?;
-        let mut grids = grids::read(&Text::read(Path::new(&beside))?, &root)?;
+        let mut grids = grids::read(&Text::read(&hierarchy_beside(path))?, &root)?;
         let levels = grids.last().map_or(0, |grid| grid.level + 1);
         let levels = options.level_count(path, levels)?;
         grids.retain(|grid| grid.level < levels);
-        let wrong = |source| FormatError::Hierarchy { path: path.into(), source };
         let bricks = grids.iter().map(|grid| (grid.level, grid.cells));
-        let hierarchy = Arc::new(root.hierarchy(levels, bricks).map_err(wrong)?);
+        let hierarchy = Arc::new(root.hierarchy(levels, bricks).map_err(FormatError::hierarchy(path))?);
         let mut files = BTreeMap::new();
         for grid in &grids {
             if !files.contains_key(&grid.file) {
@@ -173,9 +166,15 @@ fn parameters_beside(hierarchy: &Path) -> Option<PathBuf> {
     (line.replace(' ', "").starts_with("Grid=1") && parameters.is_file()).then_some(parameters)
 }
 
+/// The file of grids beside a parameter file.
+fn hierarchy_beside(parameters: &Path) -> PathBuf {
+    let mut path = parameters.as_os_str().to_owned();
+    path.push(".hierarchy");
+    path.into()
+}
+
 /// The error for a directory of several dumps.
-fn several(directory: &Path) -> FormatError {
-    let dumps = dumps_in(directory);
+fn several(directory: &Path, dumps: &[PathBuf]) -> FormatError {
     let names = dumps.iter().map(|dump| dump.file_name().unwrap_or_default().to_string_lossy().into_owned());
     let names: Vec<String> = names.collect();
     let found = format!("{} Enzo dumps ({})", dumps.len(), listing(names.iter().map(String::as_str)));

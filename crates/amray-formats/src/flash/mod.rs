@@ -56,8 +56,7 @@ impl FlashFile {
         let leaves = listed.leaves(&mesh, size)?;
         let count = leaves.last().map_or(0, |leaf| leaf.level + 1);
         let bricks = leaves.iter().map(|leaf| (leaf.level, leaf.cells));
-        let wrong = |source| FormatError::Hierarchy { path: hdf5.path().into(), source };
-        let hierarchy = Arc::new(mesh.hierarchy(count, bricks).map_err(wrong)?);
+        let hierarchy = Arc::new(mesh.hierarchy(count, bricks).map_err(FormatError::hierarchy(hdf5.path()))?);
         let time = Numbers::read(&root, "real scalars")?.get("time");
         let leaves: Vec<u64> = leaves.into_iter().map(|leaf| leaf.place).collect();
         let block = size.map(i64::cast_unsigned);

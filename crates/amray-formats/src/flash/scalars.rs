@@ -18,7 +18,7 @@ impl Numbers {
 
     /// A list that older or smaller files do not have.
     pub(super) fn read_if_there(root: &Hdf5Group, name: &str) -> Result<Option<Self>, FormatError> {
-        root.data_set_names()?.iter().any(|set| set == name).then(|| Self::read(root, name)).transpose()
+        root.has_data_set(name)?.then(|| Self::read(root, name)).transpose()
     }
 
     /// The number with a name.
@@ -47,9 +47,8 @@ impl Numbers {
 
 /// The name of the coordinates, if a list of texts tells.
 pub(super) fn geometry(root: &Hdf5Group) -> Result<Option<String>, FormatError> {
-    let there = root.data_set_names()?;
     for list in ["string scalars", "string runtime parameters"] {
-        if there.iter().any(|set| set == list)
+        if root.has_data_set(list)?
             && let Some((_, geometry)) =
                 root.data_set(list)?.named_texts()?.into_iter().find(|(name, _)| name == "geometry")
         {

@@ -53,6 +53,14 @@ impl Hdf5Group {
         Ok(sets)
     }
 
+    /// Whether there is a data set `name` in this group.
+    ///
+    /// # Errors
+    /// [`FormatError::Malformed`] where the list of what is in it is damaged.
+    pub(crate) fn has_data_set(&self, name: &str) -> Result<bool, FormatError> {
+        Ok(self.data_set_names()?.iter().any(|set| set == name))
+    }
+
     /// The group `name` in this one, if there is one.
     ///
     /// # Errors

@@ -5,7 +5,7 @@
 
 use std::path::Path;
 
-use super::fortran::Records;
+use super::fortran::{Records, real_of};
 use crate::FormatError;
 use crate::mapped_file::map;
 
@@ -197,7 +197,7 @@ fn own_grids(
 fn pass_grids(records: &mut Records, count: usize, what: &str) -> Result<(), FormatError> {
     records.alike(LINKS, count.saturating_mul(4), what)?;
     let length = records.next_length(what)?;
-    if super::fortran::real_of(length, count).is_none() {
+    if real_of(length, count).is_none() {
         return Err(records.malformed(what, &format!("a record of {length} bytes, expected {count} reals")));
     }
     records.alike(3, length, what)?;

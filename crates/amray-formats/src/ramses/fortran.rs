@@ -75,17 +75,14 @@ impl<'a> Records<'a> {
     pub(super) fn integers(&mut self, count: usize, what: &str) -> Result<Vec<i32>, FormatError> {
         let start = self.at;
         let record = self.record(what)?;
-        let (words, rest) = record.as_chunks::<4>();
-        if words.len() != count || !rest.is_empty() {
+        if Some(record.len()) != count.checked_mul(4) {
             let problem = format!("a record of {} bytes, expected {count} integers of 4 bytes", record.len());
             self.at = start;
             return Err(self.malformed(what, &problem));
         }
-        let decode = |&word: &[u8; 4]| match self.order {
-            ByteOrder::Little => i32::from_le_bytes(word),
-            ByteOrder::Big => i32::from_be_bytes(word),
-        };
-        Ok(words.iter().map(decode).collect())
+        let mut integers = Vec::new();
+        NumberType::I32.decode(self.order, record, |value| value as i32, &mut integers);
+        Ok(integers)
     }
 
     /// A record of one integer.
@@ -95,11 +92,9 @@ impl<'a> Records<'a> {
 
     /// A record of so many reals, in single or double precision.
     pub(super) fn reals(&mut self, count: usize, what: &str) -> Result<Vec<f64>, FormatError> {
-        let number = real_of(self.next_length(what)?, count);
-        let Some(number) = number else {
-            let found = self.next_length(what)?;
-            return Err(self.malformed(what, &format!("a record of {found} bytes, expected {count} reals")));
-        };
+        let length = self.next_length(what)?;
+        let wrong = || self.malformed(what, &format!("a record of {length} bytes, expected {count} reals"));
+        let number = real_of(length, count).ok_or_else(wrong)?;
         let mut values = Vec::new();
         number.decode(self.order, self.record(what)?, |value| value, &mut values);
         Ok(values)
@@ -118,10 +113,6 @@ pub(super) fn real_of(length: usize, count: usize) -> Option<NumberType> {
 
 /// The length that the mark at a place tells.
 pub(super) fn mark(bytes: &[u8], at: usize, order: ByteOrder) -> Option<usize> {
-    let mark = *bytes.get(at..)?.first_chunk::<MARK>()?;
-    let length = match order {
-        ByteOrder::Little => u32::from_le_bytes(mark),
-        ByteOrder::Big => u32::from_be_bytes(mark),
-    };
-    usize::try_from(length).ok()
+    let mark = bytes.get(at..)?.first_chunk::<MARK>()?;
+    Some(NumberType::U32.value(order, mark) as usize)
 }

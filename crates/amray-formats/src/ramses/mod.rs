@@ -65,9 +65,8 @@ impl RamsesOutput {
         let bricks = levels.bricks(count).map_err(|(level, place)| {
             FormatError::malformed(&path, format!("level {level}"), format!("several grids are at {place:?}"))
         })?;
-        let wrong = |source| FormatError::Hierarchy { path: path.clone(), source };
         let boxes = bricks.iter().map(|(level, cells, _)| (*level, *cells));
-        let hierarchy = Arc::new(root.hierarchy(count, boxes).map_err(wrong)?);
+        let hierarchy = Arc::new(root.hierarchy(count, boxes).map_err(FormatError::hierarchy(&path))?);
         let bricks = bricks.into_iter().map(|(level, _, brick)| (first_level + level, brick)).collect();
         let (time, fields, warnings) = (info.time, Vec::new(), Vec::new());
         let options = *options;

@@ -188,7 +188,7 @@ impl StructuredVolume {
             let problem = format!("{what} is {found:?}, expected {expected}");
             Err(FormatError::malformed(&self.samples.path, "grid", problem))
         };
-        if !self.spacing.iter().all(|width| width.is_normal() && *width > 0.0) {
+        if !is_spacing(&self.spacing) {
             return wrong("the spacing", self.spacing, "positive numbers");
         }
         if !self.origin.iter().all(|position| position.is_finite()) {
@@ -196,6 +196,11 @@ impl StructuredVolume {
         }
         Ok(self)
     }
+}
+
+/// Whether numbers can be the distances between neighbours along each axis.
+pub(crate) fn is_spacing(spacing: &[f64; 3]) -> bool {
+    spacing.iter().all(|width| width.is_normal() && *width > 0.0)
 }
 
 /// Samples per axis that a header states, if there are any and their bytes can be counted.

@@ -8,6 +8,14 @@ use crate::{FieldInfo, FormatError};
 /// The array of flags, one for each cell or point.
 pub(super) const FLAGS: &str = "vtkGhostType";
 
+/// Both formats' name for the arrays of cells or of points.
+pub(super) fn section(centering: Centering) -> &'static str {
+    match centering {
+        Centering::Cells => "CellData",
+        Centering::Nodes => "PointData",
+    }
+}
+
 /// Where a field is in a file: one component of an array.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Component {

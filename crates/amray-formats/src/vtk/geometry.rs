@@ -29,7 +29,7 @@ pub(super) fn hierarchy(path: &Path, origin: [f64; 3], levels: Vec<StatedLevel>)
         }
         ratios.push(ratio.map(|ratio| ratio as i64));
     }
-    let wrong = |source| FormatError::Hierarchy { path: path.into(), source };
+    let wrong = FormatError::hierarchy(path);
     let mut domain = domain(&levels, &ratios);
     let mut described = Vec::with_capacity(levels.len());
     for (number, (level, ratio)) in levels.into_iter().zip(ratios).enumerate() {

@@ -8,7 +8,7 @@ use amray_encoding::shown;
 use amray_encoding::vtk::{ArrayLocation, DataArray, Document, Element, VtkError};
 use memmap2::Mmap;
 
-use super::arrays::{self, Component, StatedArray};
+use super::arrays::{self, Component, StatedArray, section};
 use crate::FormatError;
 use crate::number::{self, ByteOrder};
 use crate::store::Store;
@@ -202,8 +202,8 @@ impl Grid {
         let low = [left, front, bottom];
         let corner = [0, 1, 2].map(|axis| origin[axis] + low[axis] as f64 * spacing[axis]);
         let mut arrays = Vec::new();
-        for (section, centering) in [("CellData", Centering::Cells), ("PointData", Centering::Nodes)] {
-            for data in piece.children_named(section) {
+        for centering in [Centering::Cells, Centering::Nodes] {
+            for data in piece.children_named(section(centering)) {
                 for element in data.children() {
                     arrays.extend(DataArray::of(element, document)?.map(|array| {
                         let is_active = data.attribute("Scalars") == Some(&array.name);

@@ -15,6 +15,7 @@ use crate::mapped_file::{self, start_of};
 use crate::relative_path::path_below;
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel, read_each};
+use crate::structured::is_spacing;
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
 
 const KINDS: [&str; 3] = ["vtkOverlappingAMR", "vtkHierarchicalBoxDataSet", LEAVES];
@@ -167,7 +168,7 @@ fn placed(
                 })?,
             });
         }
-        let spacing = spacing.filter(|spacing| spacing.iter().all(|width| width.is_normal() && *width > 0.0));
+        let spacing = spacing.filter(is_spacing);
         let spacing = spacing.ok_or_else(|| {
             FormatError::malformed(path, format!("level {number}"), "no spacing, expected three positive numbers")
         })?;

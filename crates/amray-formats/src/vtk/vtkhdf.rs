@@ -7,11 +7,12 @@ use std::sync::Arc;
 
 use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy, IndexBox, ValueBuffer, Voxel, contiguous_strides};
 
-use super::arrays::{self, Component, FLAGS, StatedArray};
+use super::arrays::{self, Component, FLAGS, StatedArray, section};
 use super::geometry::{self, StatedLevel, index_box};
 use crate::hdf5::{Hdf5, Hdf5Group, Hdf5Set, Parts, Storage};
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
+use crate::structured::is_spacing;
 use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
 
 /// The group that all of VTK's data are in.
@@ -87,14 +88,6 @@ fn required(group: &Hdf5Group, name: &str) -> Result<Hdf5Group, FormatError> {
     group.group(name)?.ok_or_else(|| group.malformed(&format!("no group {name}")))
 }
 
-/// The group of a level's arrays.
-pub(super) fn section(centering: Centering) -> &'static str {
-    match centering {
-        Centering::Cells => "CellData",
-        Centering::Nodes => "PointData",
-    }
-}
-
 /// An attribute of three numbers.
 fn three(group: &Hdf5Group, name: &str) -> Result<Option<[f64; 3]>, FormatError> {
     let Some(numbers) = group.float_list(name)? else { return Ok(None) };
@@ -103,8 +96,7 @@ fn three(group: &Hdf5Group, name: &str) -> Result<Option<[f64; 3]>, FormatError>
 }
 
 fn stated_level(level: &Hdf5Group) -> Result<StatedLevel, FormatError> {
-    let spacing =
-        three(level, "Spacing")?.filter(|spacing| spacing.iter().all(|width| width.is_normal() && *width > 0.0));
+    let spacing = three(level, "Spacing")?.filter(is_spacing);
     let spacing = spacing.ok_or_else(|| level.malformed("no Spacing of three positive numbers"))?;
     let boxes = level.data_set("AMRBox")?;
     let corners = boxes.integers()?;

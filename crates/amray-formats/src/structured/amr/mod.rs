@@ -137,8 +137,8 @@ impl Refinement {
         let bricks = plan.levels.iter().zip(&pyramid.kept);
         let bricks = bricks.map(|(level, kept)| output::bricks(level, kept, self.brick).collect()).collect();
         let used = &plan.levels[..pyramid.used];
-        let hierarchy = shape::hierarchy(used, bricks, volume.spacing(), volume.origin())
-            .map_err(|source| FormatError::Hierarchy { path: path.into(), source })?;
+        let hierarchy =
+            shape::hierarchy(used, bricks, volume.spacing(), volume.origin()).map_err(FormatError::hierarchy(path))?;
         let writer = format.create(
             path,
             &AmrContent {

@@ -9,7 +9,7 @@ use amray::hierarchy::{Brick, Voxel, VoxelType, bytes_of};
 use amray_encoding::vtk::escaped;
 
 use crate::AmrContent;
-use crate::vtk::vtkhdf::section;
+use crate::vtk::arrays::section;
 
 /// Bytes of the length in front of each array.
 const LENGTH: usize = size_of::<u64>();

@@ -6,8 +6,9 @@ use amray::hierarchy::{Level, Voxel};
 use rust_hdf5::{H5Group, Hdf5Error};
 
 use crate::hdf5_output::{Hdf5Output, ValueList, failure, set_text};
+use crate::vtk::arrays::section;
 use crate::vtk::geometry::extent;
-use crate::vtk::vtkhdf::{GROUP, KIND, section};
+use crate::vtk::vtkhdf::{GROUP, KIND};
 use crate::{AmrContent, FormatError};
 
 /// The version of the format: OverlappingAMR has been in it since the first.
