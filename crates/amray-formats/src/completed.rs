@@ -4,9 +4,9 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use amray::hierarchy::{Field, Hierarchy, Rebricking};
+use amray::hierarchy::{Field, Rebricking};
 
-use crate::{DataSet, Definition, FieldInfo, FormatError, OpenOptions};
+use crate::{DataSet, Definition, FormatError, OpenOptions, Summary};
 
 /// Blocks are joined where they hold fewer cells than this on average: larger ones cost little, and can stay in a
 /// mapped file.
@@ -19,8 +19,8 @@ pub(crate) struct Completed {
     leaves: Box<dyn DataSet>,
     /// What is done to every field, one after the other.
     steps: Vec<Rebricking>,
-    /// Without the levels that were not asked for.
-    hierarchy: Arc<Hierarchy>,
+    /// Of the leaves, with the completed hierarchy, without the levels that were not asked for.
+    summary: Summary,
 }
 
 impl Completed {
@@ -41,38 +41,23 @@ impl Completed {
         if levels < hierarchy.levels().len() {
             hierarchy = Arc::new(hierarchy.truncated(levels - 1));
         }
-        Ok(Self { leaves, steps, hierarchy })
+        let summary = Summary { hierarchy, ..leaves.summary().clone() };
+        Ok(Self { leaves, steps, summary })
     }
 }
 
 impl DataSet for Completed {
-    fn format(&self) -> &'static str {
-        self.leaves.format()
-    }
-
-    fn time(&self) -> Option<f64> {
-        self.leaves.time()
-    }
-
-    fn hierarchy(&self) -> &Arc<Hierarchy> {
-        &self.hierarchy
-    }
-
-    fn fields(&self) -> &[FieldInfo] {
-        self.leaves.fields()
+    fn summary(&self) -> &Summary {
+        &self.summary
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
         let leaves = self.leaves.read_field(field, progress)?;
         let completed = self.steps.iter().fold(leaves, |field, step| step.apply(&field));
-        Ok(completed.truncated(&self.hierarchy))
+        Ok(completed.truncated(self.hierarchy()))
     }
 
     fn expressions(&self) -> &[Definition] {
         self.leaves.expressions()
-    }
-
-    fn warnings(&self) -> &[String] {
-        self.leaves.warnings()
     }
 }

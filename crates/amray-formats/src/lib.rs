@@ -27,6 +27,7 @@ mod relative_path;
 mod store;
 mod stored_bricks;
 pub mod structured;
+mod summary;
 mod vtk;
 
 use std::path::Path;
@@ -41,21 +42,13 @@ pub use chombo::{ChomboFile, ChomboWriter};
 pub use derived::{derived_fields, read_named};
 pub use error::FormatError;
 pub use open::open;
+pub use summary::Summary;
 pub use vtk::{VthbFile, VthbWriter, VtkhdfFile, VtkhdfWriter};
 
 /// One data set on disk: its geometry, and fields that are read when asked for.
 pub trait DataSet: Send + Sync {
-    /// The format's name, as in `amray info`.
-    fn format(&self) -> &'static str;
-
-    /// The simulation time, where the file states it.
-    fn time(&self) -> Option<f64>;
-
-    /// The mesh, shared by all fields.
-    fn hierarchy(&self) -> &Arc<Hierarchy>;
-
-    /// The fields, in the order of the file.
-    fn fields(&self) -> &[FieldInfo];
+    /// All that is known of it without its values.
+    fn summary(&self) -> &Summary;
 
     /// Reads one field (by its place in [`DataSet::fields`]) and no other; maps its values in place where the file
     /// stores them contiguous and in this machine's byte order. `progress` is told the share that is done, 0 to 1,
@@ -80,9 +73,30 @@ pub trait DataSet: Send + Sync {
         &[]
     }
 
-    /// What is unusual about the data set but does not keep it from being rendered, a line each; what is unusual about
-    /// its mesh, [`Hierarchy::warnings`] says.
-    fn warnings(&self) -> &[String];
+    /// The format's name, as in `amray info`.
+    fn format(&self) -> &'static str {
+        self.summary().format
+    }
+
+    /// The simulation time, where the file states it.
+    fn time(&self) -> Option<f64> {
+        self.summary().time
+    }
+
+    /// The mesh, shared by all fields.
+    fn hierarchy(&self) -> &Arc<Hierarchy> {
+        &self.summary().hierarchy
+    }
+
+    /// The fields, in the order of the file.
+    fn fields(&self) -> &[FieldInfo] {
+        &self.summary().fields
+    }
+
+    /// What is unusual, as [`Summary::warnings`].
+    fn warnings(&self) -> &[String] {
+        &self.summary().warnings
+    }
 }
 
 /// What is known of a field before its values are read.

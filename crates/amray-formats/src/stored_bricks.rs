@@ -1,6 +1,5 @@
 //! From bricks as files store them to fields: what all formats share that have their values brick by brick.
 
-use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use amray::hierarchy::{BrickValues, Centering, Field, FieldValues, Voxel, VoxelType};
@@ -40,10 +39,9 @@ pub(crate) trait StoredBricks: DataSet {
     ) -> Result<Vec<BrickValues<T>>, FormatError>;
 }
 
-/// [`DataSet::read_field`] of a data set of stored bricks; `path` is for errors.
+/// [`DataSet::read_field`] of a data set of stored bricks.
 pub(crate) fn read_field(
     data: &impl StoredBricks,
-    path: &Path,
     centering: Centering,
     field: usize,
     progress: &(dyn Fn(f64) + Sync),
@@ -53,7 +51,7 @@ pub(crate) fn read_field(
         VoxelType::F32 => data.bricks::<f32>(field, progress)?.into(),
         VoxelType::F64 => data.bricks::<f64>(field, progress)?.into(),
     };
-    let wrong = |source| FormatError::Field { path: path.into(), source };
+    let wrong = |source| FormatError::Field { path: data.summary().path.clone(), source };
     Field::centered(name, centering, values, data.hierarchy()).map_err(wrong)
 }
 

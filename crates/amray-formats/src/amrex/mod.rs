@@ -20,7 +20,7 @@ use rayon::prelude::*;
 
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
-use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
+use crate::{DataSet, FieldInfo, FormatError, OpenOptions, Summary};
 use fab::{DataFile, Fab};
 use header::{Coordinates, Header};
 use multifab::MultiFab;
@@ -28,12 +28,8 @@ use multifab::MultiFab;
 /// An AMReX plotfile. Opening it reads its text files and the headers of its FABs, and maps its files of values.
 #[derive(Debug)]
 pub struct AmrexPlotfile {
-    path: PathBuf,
-    time: f64,
-    hierarchy: Arc<Hierarchy>,
-    fields: Vec<FieldInfo>,
+    summary: Summary,
     fabs: Vec<Fab>,
-    warnings: Vec<String>,
     options: OpenOptions,
 }
 
@@ -78,8 +74,15 @@ impl AmrexPlotfile {
             return Err(FormatError::malformed(path, place, problem));
         }
         let warnings = warning(header.coordinates).into_iter().collect();
-        let (path, options) = (path.into(), *options);
-        Ok(Self { path, time: header.time, hierarchy: Arc::new(hierarchy), fields, fabs, warnings, options })
+        let summary = Summary {
+            format: "AMReX plotfile",
+            path: path.into(),
+            time: Some(header.time),
+            hierarchy: Arc::new(hierarchy),
+            fields,
+            warnings,
+        };
+        Ok(Self { summary, fabs, options: *options })
     }
 }
 
@@ -89,34 +92,18 @@ impl StoredBricks for AmrexPlotfile {
         field: usize,
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
-        let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
+        let store = Store::new::<T>(self.hierarchy().cells(), &self.options)?;
         stored_bricks::read_each(&self.fabs, progress, |fab| fab.values(field, &store))
     }
 }
 
 impl DataSet for AmrexPlotfile {
-    fn format(&self) -> &'static str {
-        "AMReX plotfile"
-    }
-
-    fn time(&self) -> Option<f64> {
-        Some(self.time)
-    }
-
-    fn hierarchy(&self) -> &Arc<Hierarchy> {
-        &self.hierarchy
-    }
-
-    fn fields(&self) -> &[FieldInfo] {
-        &self.fields
+    fn summary(&self) -> &Summary {
+        &self.summary
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        stored_bricks::read_field(self, &self.path, Centering::Cells, field, progress)
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
+        stored_bricks::read_field(self, Centering::Cells, field, progress)
     }
 }
 

@@ -8,26 +8,23 @@ mod xdmf;
 
 use std::sync::Arc;
 
-use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy};
+use amray::hierarchy::{BrickValues, Centering, Field};
 
 use crate::hdf5::{Hdf5, Hdf5Group, Hdf5Set, Storage, one_line};
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
-use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
+use crate::{DataSet, FieldInfo, FormatError, OpenOptions, Summary};
 use mesh::Mesh;
 pub(crate) use xdmf::named_in_xdmf;
 
 /// An Athena++ file.
 pub(crate) struct AthenaFile {
+    summary: Summary,
     hdf5: Hdf5,
-    time: Option<f64>,
-    hierarchy: Arc<Hierarchy>,
     mesh: Mesh,
-    fields: Vec<FieldInfo>,
     /// Where the fields' values lie.
     variables: Vec<Variable>,
     sets: Vec<(Hdf5Set, Storage)>,
-    warnings: Vec<String>,
     options: OpenOptions,
 }
 
@@ -66,8 +63,9 @@ impl AthenaFile {
         }
         let sets = data_sets(&root, &mesh)?;
         let (variables, fields) = variables(&root, &sets)?;
-        let time = root.float("Time")?;
-        Ok(Self { hdf5, time, hierarchy, mesh, fields, variables, sets, warnings, options: *options })
+        let (path, time) = (hdf5.path().into(), root.float("Time")?);
+        let summary = Summary { format: "Athena++ HDF5", path, time, hierarchy, fields, warnings };
+        Ok(Self { summary, hdf5, mesh, variables, sets, options: *options })
     }
 }
 
@@ -79,7 +77,7 @@ impl StoredBricks for AthenaFile {
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
         let Variable { set, number } = self.variables[field];
         let (values, storage) = &self.sets[set];
-        let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
+        let store = Store::new::<T>(self.hierarchy().cells(), &self.options)?;
         let numbers = self.mesh.blocks();
         let leading = [number];
         let blocks = self.mesh.blocks_in(&leading, &numbers);
@@ -89,32 +87,16 @@ impl StoredBricks for AthenaFile {
 }
 
 impl DataSet for AthenaFile {
-    fn format(&self) -> &'static str {
-        "Athena++ HDF5"
-    }
-
-    fn time(&self) -> Option<f64> {
-        self.time
-    }
-
-    fn hierarchy(&self) -> &Arc<Hierarchy> {
-        &self.hierarchy
-    }
-
-    fn fields(&self) -> &[FieldInfo] {
-        &self.fields
+    fn summary(&self) -> &Summary {
+        &self.summary
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        stored_bricks::read_field(self, self.hdf5.path(), Centering::Cells, field, progress)
+        stored_bricks::read_field(self, Centering::Cells, field, progress)
     }
 
     fn leaf_only(&self) -> bool {
         true
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
     }
 }
 

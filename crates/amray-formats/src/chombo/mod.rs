@@ -12,12 +12,12 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy, IndexBox, Level, VoxelType};
+use amray::hierarchy::{BrickValues, Centering, Field, IndexBox, Level, VoxelType};
 
 use crate::hdf5::{Hdf5, Hdf5Group};
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
-use crate::{DataSet, Definition, FieldInfo, FormatError, OpenOptions};
+use crate::{DataSet, Definition, FieldInfo, FormatError, OpenOptions, Summary};
 use values::LevelValues;
 pub use writer::ChomboWriter;
 
@@ -27,14 +27,11 @@ const EXPECTED: &str =
 
 /// A Chombo HDF5 file.
 pub struct ChomboFile {
+    summary: Summary,
     hdf5: Hdf5,
-    time: Option<f64>,
-    hierarchy: Arc<Hierarchy>,
     centering: Centering,
-    fields: Vec<FieldInfo>,
     expressions: Vec<Definition>,
     levels: Vec<LevelValues>,
-    warnings: Vec<String>,
     options: OpenOptions,
 }
 
@@ -101,9 +98,16 @@ impl ChomboFile {
         // By now every component of every brick is known to have its place in the file: the count can be believed.
         let fields = field_names(&root, components, &mut warnings);
         let fields = fields.into_iter().map(|name| FieldInfo { name, voxel_type, unit: None }).collect();
-        let (hierarchy, expressions) = (Arc::new(hierarchy), expressions::read(&root));
-        let options = *options;
-        Ok(Self { hdf5, time, hierarchy, centering, fields, expressions, levels, warnings, options })
+        let summary = Summary {
+            format: "Chombo HDF5",
+            path: hdf5.path().into(),
+            time,
+            hierarchy: Arc::new(hierarchy),
+            fields,
+            warnings,
+        };
+        let (expressions, options) = (expressions::read(&root), *options);
+        Ok(Self { summary, hdf5, centering, expressions, levels, options })
     }
 }
 
@@ -113,12 +117,12 @@ impl StoredBricks for ChomboFile {
         field: usize,
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
-        let places: Vec<_> = self.hierarchy.levels().iter().map(|level| places(level, self.centering)).collect();
+        let places: Vec<_> = self.hierarchy().levels().iter().map(|level| places(level, self.centering)).collect();
         let all = places.iter().flatten().map(IndexBox::cells).sum::<u64>();
         let store = Store::new::<T>(all, &self.options)?;
         let done = AtomicU64::new(0);
         let advance = |places: u64| progress((done.fetch_add(places, Ordering::Relaxed) + places) as f64 / all as f64);
-        let mut bricks = Vec::with_capacity(self.hierarchy.brick_count());
+        let mut bricks = Vec::with_capacity(self.hierarchy().brick_count());
         for (values, places) in self.levels.iter().zip(&places) {
             bricks.extend(values.read::<T>(self.hdf5.map(), field, places, &store, &advance)?);
         }
@@ -127,32 +131,16 @@ impl StoredBricks for ChomboFile {
 }
 
 impl DataSet for ChomboFile {
-    fn format(&self) -> &'static str {
-        "Chombo HDF5"
-    }
-
-    fn time(&self) -> Option<f64> {
-        self.time
-    }
-
-    fn hierarchy(&self) -> &Arc<Hierarchy> {
-        &self.hierarchy
-    }
-
-    fn fields(&self) -> &[FieldInfo] {
-        &self.fields
+    fn summary(&self) -> &Summary {
+        &self.summary
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        stored_bricks::read_field(self, self.hdf5.path(), self.centering, field, progress)
+        stored_bricks::read_field(self, self.centering, field, progress)
     }
 
     fn expressions(&self) -> &[Definition] {
         &self.expressions
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
     }
 }
 

@@ -12,27 +12,23 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy};
+use amray::hierarchy::{BrickValues, Centering, Field};
 
 use crate::hdf5::{Blocks, Hdf5, Hdf5Group, listing, one_line};
 use crate::key_values::Text;
 use crate::mapped_file::start_of;
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
-use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
+use crate::{DataSet, FieldInfo, FormatError, OpenOptions, Summary};
 use candidates::Candidate;
 use grids::Grid;
 
 /// An Enzo dump.
 pub(crate) struct EnzoDump {
-    path: PathBuf,
-    time: f64,
-    hierarchy: Arc<Hierarchy>,
+    summary: Summary,
     /// In the order of the hierarchy's bricks.
     grids: Vec<Grid>,
     files: BTreeMap<PathBuf, Hdf5>,
-    fields: Vec<FieldInfo>,
-    warnings: Vec<String>,
     options: OpenOptions,
 }
 
@@ -72,9 +68,10 @@ impl EnzoDump {
                 files.insert(grid.file.clone(), Hdf5::open(&grid.file)?.ok_or_else(none)?);
             }
         }
-        let time = parameters.find("InitialTime")?.number()?;
-        let (fields, warnings) = (Vec::new(), Vec::new());
-        let mut dump = Self { path: path.into(), time, hierarchy, grids, files, fields, warnings, options: *options };
+        let time = Some(parameters.find("InitialTime")?.number()?);
+        let (path, fields, warnings) = (path.into(), Vec::new(), Vec::new());
+        let summary = Summary { format: "Enzo", path, time, hierarchy, fields, warnings };
+        let mut dump = Self { summary, grids, files, options: *options };
         dump.find_fields(&units::of_fields(&parameters))?;
         Ok(dump)
     }
@@ -85,13 +82,13 @@ impl EnzoDump {
         for candidate in candidates {
             match candidate.problem(self.grids.len()) {
                 Some(problem) => {
-                    self.warnings.push(format!("{} is left out: {problem}", one_line(&candidate.name)));
+                    self.summary.warnings.push(format!("{} is left out: {problem}", one_line(&candidate.name)));
                 }
                 None => {
                     let Candidate { name, voxel_type, .. } = candidate;
                     let Some(voxel_type) = voxel_type else { continue };
                     let unit = units.get(&name).cloned();
-                    self.fields.push(FieldInfo { name, voxel_type, unit });
+                    self.summary.fields.push(FieldInfo { name, voxel_type, unit });
                 }
             }
         }
@@ -112,8 +109,8 @@ impl StoredBricks for EnzoDump {
         field: usize,
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
-        let name = &self.fields[field].name;
-        let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
+        let name = &self.fields()[field].name;
+        let store = Store::new::<T>(self.hierarchy().cells(), &self.options)?;
         let read = |grid: &Grid| {
             let set = self.group(grid)?.data_set(name)?;
             let size = grid.cells.size().map(i64::cast_unsigned);
@@ -125,28 +122,12 @@ impl StoredBricks for EnzoDump {
 }
 
 impl DataSet for EnzoDump {
-    fn format(&self) -> &'static str {
-        "Enzo"
-    }
-
-    fn time(&self) -> Option<f64> {
-        Some(self.time)
-    }
-
-    fn hierarchy(&self) -> &Arc<Hierarchy> {
-        &self.hierarchy
-    }
-
-    fn fields(&self) -> &[FieldInfo] {
-        &self.fields
+    fn summary(&self) -> &Summary {
+        &self.summary
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        stored_bricks::read_field(self, &self.path, Centering::Cells, field, progress)
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
+        stored_bricks::read_field(self, Centering::Cells, field, progress)
     }
 }
 

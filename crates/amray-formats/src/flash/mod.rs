@@ -8,27 +8,24 @@ mod scalars;
 
 use std::sync::Arc;
 
-use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy};
+use amray::hierarchy::{BrickValues, Centering, Field};
 
 use crate::hdf5::{Blocks, Hdf5, Hdf5Group};
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
-use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
+use crate::{DataSet, FieldInfo, FormatError, OpenOptions, Summary};
 use mesh::Listed;
 use scalars::{Numbers, geometry};
 
 /// A FLASH file.
 pub(crate) struct FlashFile {
+    summary: Summary,
     hdf5: Hdf5,
-    time: Option<f64>,
-    hierarchy: Arc<Hierarchy>,
-    fields: Vec<FieldInfo>,
     /// The names of the fields' data sets.
     sets: Vec<String>,
     /// The leaves' places in the file, in the order of the hierarchy's bricks.
     leaves: Vec<u64>,
     block: [u64; 3],
-    warnings: Vec<String>,
     options: OpenOptions,
 }
 
@@ -63,7 +60,9 @@ impl FlashFile {
         let (sets, fields) = fields(&root, &blocks_in_sets(&leaves, block))?;
         let warning = |other| format!("the coordinates are {other}, but are shown as if they were Cartesian");
         let warnings = geometry(&root)?.filter(|name| name != "cartesian").map(warning).into_iter().collect();
-        Ok(Self { hdf5, time, hierarchy, fields, sets, leaves, block, warnings, options: *options })
+        let path = hdf5.path().into();
+        let summary = Summary { format: "FLASH HDF5", path, time, hierarchy, fields, warnings };
+        Ok(Self { summary, hdf5, sets, leaves, block, options: *options })
     }
 }
 
@@ -107,7 +106,7 @@ impl StoredBricks for FlashFile {
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
         let set = self.hdf5.root()?.data_set(&self.sets[field])?;
         let storage = set.storage()?;
-        let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
+        let store = Store::new::<T>(self.hierarchy().cells(), &self.options)?;
         let blocks = blocks_in_sets(&self.leaves, self.block);
         let done = stored_bricks::counted(self.leaves.len(), progress);
         set.blocks(self.hdf5.map(), &storage, &blocks, &store, &done)
@@ -115,31 +114,15 @@ impl StoredBricks for FlashFile {
 }
 
 impl DataSet for FlashFile {
-    fn format(&self) -> &'static str {
-        "FLASH HDF5"
-    }
-
-    fn time(&self) -> Option<f64> {
-        self.time
-    }
-
-    fn hierarchy(&self) -> &Arc<Hierarchy> {
-        &self.hierarchy
-    }
-
-    fn fields(&self) -> &[FieldInfo] {
-        &self.fields
+    fn summary(&self) -> &Summary {
+        &self.summary
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        stored_bricks::read_field(self, self.hdf5.path(), Centering::Cells, field, progress)
+        stored_bricks::read_field(self, Centering::Cells, field, progress)
     }
 
     fn leaf_only(&self) -> bool {
         true
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
     }
 }

@@ -12,17 +12,16 @@ mod hydro;
 mod info;
 mod levels;
 
-use std::path::PathBuf;
 use std::sync::Arc;
 
-use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy, VoxelType};
+use amray::hierarchy::{BrickValues, Centering, Field, VoxelType};
 use rayon::prelude::*;
 
 use crate::mapped_file::start_of;
 use crate::number::NumberType;
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
-use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
+use crate::{DataSet, FieldInfo, FormatError, OpenOptions, Summary};
 use amr::Mesh;
 use bricks::Brick;
 pub(crate) use files::OutputFiles;
@@ -35,16 +34,11 @@ const LONGEST_DESCRIPTOR: u64 = 1 << 20;
 
 /// A RAMSES output.
 pub(crate) struct RamsesOutput {
-    /// The info file.
-    path: PathBuf,
-    time: f64,
-    hierarchy: Arc<Hierarchy>,
+    summary: Summary,
     /// In the order of the hierarchy's bricks, each with its level among those of grids.
     bricks: Vec<(usize, Brick)>,
     /// One for each process.
     values: Vec<HydroFile>,
-    fields: Vec<FieldInfo>,
-    warnings: Vec<String>,
     options: OpenOptions,
 }
 
@@ -68,9 +62,9 @@ impl RamsesOutput {
         let boxes = bricks.iter().map(|(level, cells, _)| (*level, *cells));
         let hierarchy = Arc::new(root.hierarchy(count, boxes).map_err(FormatError::hierarchy(&path))?);
         let bricks = bricks.into_iter().map(|(level, _, brick)| (first_level + level, brick)).collect();
-        let (time, fields, warnings) = (info.time, Vec::new(), Vec::new());
-        let options = *options;
-        let mut output = Self { path, time, hierarchy, bricks, values, fields, warnings, options };
+        let (time, fields, warnings) = (Some(info.time), Vec::new(), Vec::new());
+        let summary = Summary { format: "RAMSES", path, time, hierarchy, fields, warnings };
+        let mut output = Self { summary, bricks, values, options: *options };
         output.find_fields(files, &info)?;
         Ok(output)
     }
@@ -88,12 +82,12 @@ impl RamsesOutput {
             String::from_utf8_lossy(&start_of(&descriptor, LONGEST_DESCRIPTOR)?).into_owned()
         } else {
             let name = descriptor.file_name().unwrap_or_default().to_string_lossy();
-            self.warnings.push(format!("no {name}: the variables' names are not known"));
+            self.summary.warnings.push(format!("no {name}: the variables' names are not known"));
             String::new()
         };
         let unit = |name: &str| info.units.as_ref().and_then(|units| units.of_variable(name));
         let field = |name: String| FieldInfo { unit: unit(&name), name, voxel_type };
-        self.fields = descriptor::names(&text, count).into_iter().map(field).collect();
+        self.summary.fields = descriptor::names(&text, count).into_iter().map(field).collect();
         Ok(())
     }
 }
@@ -126,7 +120,7 @@ impl StoredBricks for RamsesOutput {
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
         self.values.par_iter().try_for_each(|values| values.check(field))?;
-        let store = Store::new::<T>(self.hierarchy.cells(), &self.options)?;
+        let store = Store::new::<T>(self.hierarchy().cells(), &self.options)?;
         stored_bricks::read_each(&self.bricks, progress, |(level, brick)| {
             let size = brick.grids.size().map(|grids| (grids * GRID) as usize);
             let mut values = vec![T::from_f64(0.0); size.iter().product()];
@@ -146,27 +140,11 @@ impl StoredBricks for RamsesOutput {
 }
 
 impl DataSet for RamsesOutput {
-    fn format(&self) -> &'static str {
-        "RAMSES"
-    }
-
-    fn time(&self) -> Option<f64> {
-        Some(self.time)
-    }
-
-    fn hierarchy(&self) -> &Arc<Hierarchy> {
-        &self.hierarchy
-    }
-
-    fn fields(&self) -> &[FieldInfo] {
-        &self.fields
+    fn summary(&self) -> &Summary {
+        &self.summary
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        stored_bricks::read_field(self, &self.path, Centering::Cells, field, progress)
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
+        stored_bricks::read_field(self, Centering::Cells, field, progress)
     }
 }

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use amray::hierarchy::{BrickValues, Centering, Field, Hierarchy, IndexBox};
+use amray::hierarchy::{BrickValues, Centering, Field, IndexBox};
 use amray_encoding::shown;
 use amray_encoding::vtk::{Document, Element};
 
@@ -16,7 +16,7 @@ use crate::relative_path::path_below;
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel, read_each};
 use crate::structured::is_spacing;
-use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
+use crate::{DataSet, FormatError, OpenOptions, Summary};
 
 const KINDS: [&str; 3] = ["vtkOverlappingAMR", "vtkHierarchicalBoxDataSet", LEAVES];
 /// Data without coarse cells under finer ones.
@@ -30,14 +30,11 @@ const TOLERANCE: f64 = 0.05;
 
 /// AMR data as VTK's XML writers make them.
 pub struct VthbFile {
-    path: PathBuf,
-    hierarchy: Arc<Hierarchy>,
+    summary: Summary,
     leaf_only: bool,
     /// The bricks' images, in the order of the hierarchy.
     images: Vec<PathBuf>,
-    fields: Vec<FieldInfo>,
     components: Vec<Component>,
-    warnings: Vec<String>,
     options: OpenOptions,
 }
 
@@ -91,8 +88,8 @@ impl VthbFile {
             Some(image) => read_image(image, |image| Ok(arrays::fields(image.stated().filter(kept))))?,
             None => (Vec::new(), Vec::new()),
         };
-        let (path, options) = (path.into(), *options);
-        Ok(Self { path, hierarchy, leaf_only, images, fields, components, warnings, options })
+        let summary = Summary { format: "VTK AMR (XML)", path: path.into(), time: None, hierarchy, fields, warnings };
+        Ok(Self { summary, leaf_only, images, components, options: *options })
     }
 }
 
@@ -205,7 +202,7 @@ impl StoredBricks for VthbFile {
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
         let component = &self.components[field];
         let bricks: Vec<(&PathBuf, IndexBox)> =
-            self.images.iter().zip(self.hierarchy.bricks().map(|brick| brick.cells)).collect();
+            self.images.iter().zip(self.hierarchy().bricks().map(|brick| brick.cells)).collect();
         let values = bricks.iter().map(|(_, cells)| component.centering.values_of(cells).cells()).sum();
         let store = Store::new::<T>(values, &self.options)?;
         read_each(&bricks, progress, |(path, cells)| {
@@ -213,7 +210,7 @@ impl StoredBricks for VthbFile {
             let image = Image::parse(path, &map)?;
             let (found, expected) = (image.size(Centering::Cells), cells.size().map(i64::cast_unsigned));
             if found != expected {
-                let problem = format!("{found:?} cells, expected {expected:?} as {} says", self.path.display());
+                let problem = format!("{found:?} cells, expected {expected:?} as {} says", self.summary.path.display());
                 return Err(FormatError::malformed(path, "Extent", problem));
             }
             image.values(&map, component, &store)
@@ -222,31 +219,15 @@ impl StoredBricks for VthbFile {
 }
 
 impl DataSet for VthbFile {
-    fn format(&self) -> &'static str {
-        "VTK AMR (XML)"
-    }
-
-    fn time(&self) -> Option<f64> {
-        None
-    }
-
-    fn hierarchy(&self) -> &Arc<Hierarchy> {
-        &self.hierarchy
-    }
-
-    fn fields(&self) -> &[FieldInfo] {
-        &self.fields
+    fn summary(&self) -> &Summary {
+        &self.summary
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        stored_bricks::read_field(self, &self.path, self.components[field].centering, field, progress)
+        stored_bricks::read_field(self, self.components[field].centering, field, progress)
     }
 
     fn leaf_only(&self) -> bool {
         self.leaf_only
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
     }
 }

@@ -13,7 +13,7 @@ use crate::hdf5::{Hdf5, Hdf5Group, Hdf5Set, Parts, Storage};
 use crate::store::Store;
 use crate::stored_bricks::{self, StoredBricks, StoredVoxel};
 use crate::structured::is_spacing;
-use crate::{DataSet, FieldInfo, FormatError, OpenOptions};
+use crate::{DataSet, FieldInfo, FormatError, OpenOptions, Summary};
 
 /// The group that all of VTK's data are in.
 pub(super) const GROUP: &str = "VTKHDF";
@@ -21,12 +21,9 @@ pub(super) const KIND: &str = "OverlappingAMR";
 
 /// An OverlappingAMR in VTKHDF.
 pub struct VtkhdfFile {
+    summary: Summary,
     hdf5: Hdf5,
-    time: Option<f64>,
-    hierarchy: Arc<Hierarchy>,
-    fields: Vec<FieldInfo>,
     components: Vec<Component>,
-    warnings: Vec<String>,
     options: OpenOptions,
 }
 
@@ -69,8 +66,9 @@ impl VtkhdfFile {
         let levels = groups.iter().map(stated_level).collect::<Result<_, _>>()?;
         let hierarchy = geometry::hierarchy(hdf5.path(), origin, levels)?;
         let (fields, components) = fields(&groups, &hierarchy, &mut warnings)?;
-        let options = *options;
-        Ok(Self { hdf5, time, hierarchy: Arc::new(hierarchy), fields, components, warnings, options })
+        let (path, hierarchy) = (hdf5.path().into(), Arc::new(hierarchy));
+        let summary = Summary { format: "VTKHDF AMR", path, time, hierarchy, fields, warnings };
+        Ok(Self { summary, hdf5, components, options: *options })
     }
 }
 
@@ -198,14 +196,14 @@ impl StoredBricks for VtkhdfFile {
         progress: &(dyn Fn(f64) + Sync),
     ) -> Result<Vec<BrickValues<T>>, FormatError> {
         let component = &self.components[field];
-        let levels = self.hierarchy.levels().iter();
+        let levels = self.hierarchy().levels().iter();
         let levels: Vec<LevelRows> = levels.map(|level| LevelRows::of(level.bricks(), component.centering)).collect();
         let store =
             Store::new::<T>(levels.iter().fold(0, |all: u64, rows| all.saturating_add(rows.count())), &self.options)?;
-        let mut bricks = Vec::with_capacity(self.hierarchy.brick_count());
+        let mut bricks = Vec::with_capacity(self.hierarchy().brick_count());
         for (level, rows) in levels.iter().enumerate().filter(|(_, rows)| rows.count() > 0) {
             bricks.extend(self.level(level, rows, component, &store)?);
-            progress(bricks.len() as f64 / self.hierarchy.brick_count() as f64);
+            progress(bricks.len() as f64 / self.hierarchy().brick_count() as f64);
         }
         Ok(bricks)
     }
@@ -281,27 +279,11 @@ fn check_shape(set: &Hdf5Set, values: u64, components: u64) -> Result<(), Format
 }
 
 impl DataSet for VtkhdfFile {
-    fn format(&self) -> &'static str {
-        "VTKHDF AMR"
-    }
-
-    fn time(&self) -> Option<f64> {
-        self.time
-    }
-
-    fn hierarchy(&self) -> &Arc<Hierarchy> {
-        &self.hierarchy
-    }
-
-    fn fields(&self) -> &[FieldInfo] {
-        &self.fields
+    fn summary(&self) -> &Summary {
+        &self.summary
     }
 
     fn read_field(&self, field: usize, progress: &(dyn Fn(f64) + Sync)) -> Result<Field, FormatError> {
-        stored_bricks::read_field(self, self.hdf5.path(), self.components[field].centering, field, progress)
-    }
-
-    fn warnings(&self) -> &[String] {
-        &self.warnings
+        stored_bricks::read_field(self, self.components[field].centering, field, progress)
     }
 }
